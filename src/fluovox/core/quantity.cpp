@@ -1,0 +1,131 @@
+#include "fluovox/core/quantity.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <stdexcept>
+
+namespace fluovox {
+namespace {
+
+struct Unit {
+    std::string_view name;
+    double size;  // in the dimension's own unit
+};
+
+struct DimensionInfo {
+    std::string_view name;
+    std::string_view example_unit;
+    std::span<const Unit> units;  // the first is the own unit
+};
+
+constexpr std::array kLengths = {Unit{"um", 1},  Unit{"nm", 1e-3},   Unit{"mm", 1e3},   Unit{"cm", 1e4},
+                                 Unit{"m", 1e6}, Unit{"\u00b5m", 1}, Unit{"\u03bcm", 1}};
+constexpr std::array kWavelengths = {Unit{"nm", 1}, Unit{"um", 1e3}, Unit{"\u00b5m", 1e3}, Unit{"\u03bcm", 1e3},
+                                     Unit{"mm", 1e6}};
+constexpr std::array kPowers = {Unit{"W", 1}, Unit{"mW", 1e-3}, Unit{"uW", 1e-6}, Unit{"nW", 1e-9}};
+constexpr std::array kConcentrations = {Unit{"uM", 1},        Unit{"pM", 1e-6},    Unit{"nM", 1e-3},
+                                        Unit{"mM", 1e3},      Unit{"M", 1e6},      Unit{"umol/L", 1},
+                                        Unit{"mol/L", 1e6},   Unit{"mmol/L", 1e3}, Unit{"nmol/L", 1e-3},
+                                        Unit{"pmol/L", 1e-6}, Unit{"\u00b5M", 1},  Unit{"\u03bcM", 1}};
+constexpr std::array kCoefficients = {Unit{"/um", 1},   Unit{"/mm", 1e-3},   Unit{"/cm", 1e-4},  Unit{"/m", 1e-6},
+                                      Unit{"um^-1", 1}, Unit{"mm^-1", 1e-3}, Unit{"cm^-1", 1e-4}};
+constexpr std::array kExtinctions = {Unit{"/M/cm", 1}};
+constexpr std::array kRadiances = {Unit{"W/m2/sr", 1}};
+constexpr std::array kAngles = {Unit{"rad", 1}, Unit{"deg", std::numbers::pi / 180}};
+constexpr std::array kTimes = {Unit{"s", 1}, Unit{"ms", 1e-3}, Unit{"us", 1e-6}};
+
+DimensionInfo info(Dimension dimension) {
+    switch (dimension) {
+        case Dimension::Length:
+            return {"length", "um", kLengths};
+        case Dimension::Wavelength:
+            return {"wavelength", "nm", kWavelengths};
+        case Dimension::Power:
+            return {"power", "mW", kPowers};
+        case Dimension::Concentration:
+            return {"concentration", "uM", kConcentrations};
+        case Dimension::Coefficient:
+            return {"coefficient", "/mm", kCoefficients};
+        case Dimension::Extinction:
+            return {"extinction", "/M/cm", kExtinctions};
+        case Dimension::Radiance:
+            return {"radiance", "W/m2/sr", kRadiances};
+        case Dimension::Angle:
+            return {"angle", "deg", kAngles};
+        case Dimension::Time:
+            return {"time", "ms", kTimes};
+    }
+    return {};
+}
+
+std::string_view trimmed(std::string_view text) {
+    const auto first = text.find_first_not_of(" \t");
+    if (first == std::string_view::npos) return {};
+    return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+// What dimension a unit belongs to, for "that is a power".
+std::string_view dimension_of_unit(std::string_view unit) {
+    for (const auto other : {Dimension::Length, Dimension::Power, Dimension::Concentration, Dimension::Coefficient,
+                             Dimension::Extinction, Dimension::Radiance, Dimension::Angle, Dimension::Time}) {
+        for (const Unit& candidate : info(other).units) {
+            if (candidate.name == unit) return info(other).name;
+        }
+    }
+    return {};
+}
+
+std::string unit_list(const DimensionInfo& about) {
+    std::string names;
+    for (const Unit& unit : about.units) {
+        if (static_cast<unsigned char>(unit.name.front()) >= 0x80) continue;
+        names += (names.empty() ? "" : " ") + std::string(unit.name);
+    }
+    return names;
+}
+
+}  // namespace
+
+double parse_quantity(std::string_view text, Dimension dimension) {
+    const DimensionInfo about = info(dimension);
+    const std::string_view body = trimmed(text);
+    const std::string_view digits = !body.empty() && body.front() == '+' ? body.substr(1) : body;
+    double number = 0;
+    const auto [end, failure] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    if (failure != std::errc{} || !std::isfinite(number)) {
+        throw std::invalid_argument(
+            fmt::format("\"{}\" is not a {}, for example \"{}\"", text, about.name, example_quantity(dimension, 5)));
+    }
+    const std::string_view unit = trimmed({end, static_cast<std::size_t>(digits.data() + digits.size() - end)});
+    if (unit.empty()) {
+        throw std::invalid_argument(
+            fmt::format("{} needs a unit, for example \"{}\"", body, example_quantity(dimension, number)));
+    }
+    for (const Unit& known : about.units) {
+        if (known.name == unit) return number * known.size;
+    }
+    const std::string_view other = dimension_of_unit(unit);
+    const std::string what = other.empty() ? fmt::format("\"{}\" is not a unit of {}", unit, about.name)
+                                           : fmt::format("\"{}\" is a {}, not a {}", body, other, about.name);
+    throw std::invalid_argument(what + " (its units: " + unit_list(about) + ")");
+}
+
+std::string example_quantity(Dimension dimension, double number) {
+    const std::string_view unit = info(dimension).example_unit;
+    return fmt::format("{} {}", number, unit);
+}
+
+std::string_view dimension_name(Dimension dimension) {
+    return info(dimension).name;
+}
+
+std::string format_quantity(double value, Dimension dimension) {
+    return fmt::format("{} {}", value, info(dimension).units.front().name);
+}
+
+}  // namespace fluovox

@@ -1,0 +1,9 @@
+#include "fluovox/core/version.h"
+
+namespace fluovox {
+
+const char* version() {
+    return FLUOVOX_VERSION;
+}
+
+}  // namespace fluovox

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "fluovox/spectral/spectrum.h"
+
+#include <cmath>
+#include <variant>
+
+namespace fluovox {
+
+/// value * (wavelength / at)^exponent, the usual form of tissue scattering.
+/// Jacques, Phys. Med. Biol. 58 (2013) R37, eq. 1.
+struct PowerLaw {
+    double at_nm = 500;
+    double value_per_um = 0;
+    double exponent = 0;
+};
+
+/// A scattering or absorption coefficient, per micrometre: the same at all wavelengths (a number), a power law,
+/// or a table that holds its end values outside.
+using Coefficient = std::variant<double, PowerLaw, Spectrum>;
+
+/// `coefficient` at a wavelength, per micrometre.
+inline double coefficient_per_um(const Coefficient& coefficient, double wavelength_nm) {
+    if (const auto* constant = std::get_if<double>(&coefficient)) return *constant;
+    if (const auto* law = std::get_if<PowerLaw>(&coefficient)) {
+        return law->value_per_um * std::pow(wavelength_nm / law->at_nm, law->exponent);
+    }
+    const auto& table = std::get<Spectrum>(coefficient);
+    return table(std::fmin(std::fmax(wavelength_nm, table.first_nm()), table.last_nm()));
+}
+
+}  // namespace fluovox

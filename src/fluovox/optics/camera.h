@@ -1,0 +1,22 @@
+#pragma once
+
+#include "fluovox/core/rng.h"
+#include "fluovox/core/vec.h"
+
+namespace fluovox {
+
+/// Where the image is taken from. The image's x runs along (target - position) x up, row 0 is on top.
+/// Rays start in the plane through `position`.
+struct Camera {
+    enum class Kind { Telecentric, Perspective };
+
+    Kind kind = Kind::Telecentric;
+    Vec3 position, target, up = {0, 1, 0};
+    double focus_um = 0;  ///< distance along the axis from `position` to what is sharp
+    double field_um = 0;  ///< telecentric: height seen
+    double fov_rad = 0;   ///< perspective: full vertical angle
+    int width = 0, height = 0;
+    double numerical_aperture = 0;  ///< n sin(theta) at `position`; 0: everything is sharp
+};
+
+}  // namespace fluovox

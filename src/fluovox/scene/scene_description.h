@@ -1,0 +1,98 @@
+#pragma once
+
+#include "fluovox/core/error.h"
+#include "fluovox/image/film_spec.h"
+#include "fluovox/medium/coefficient.h"
+#include "fluovox/medium/dye.h"
+#include "fluovox/optics/camera.h"
+#include "fluovox/optics/light.h"
+#include "fluovox/volume/region.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fluovox {
+
+/// A grid of a VDB file, not yet opened.
+struct GridReference {
+    std::filesystem::path file;           ///< absolute, or relative to the working folder
+    std::string name;                     ///< empty: the only grid of the file, or the one named after the dye
+    std::optional<double> uM_per_value;   ///< from `unit`; otherwise the file's metadata say it, or umol/L
+    std::optional<double> um_per_length;  ///< from `length_unit`; otherwise the file's metadata say it, or um
+    double scale = 1;                     ///< multiplies every value
+    SourceLocation where;
+};
+
+/// One [[medium]] of the scene: a dye (concentration per voxel or constant in a region) or a host.
+struct MediumDescription {
+    SourceLocation where;
+    std::string name;
+    std::optional<Dye> dye;
+    double concentration_uM = 0;        ///< of a dye in a region
+    std::optional<GridReference> grid;  ///< otherwise `region` says where
+    Region region = Everywhere{};
+    Coefficient scattering = 0.0;  ///< hosts only, per um
+    Coefficient absorption = 0.0;  ///< hosts only, per um
+    double anisotropy = 0;         ///< Henyey-Greenstein g, -1 < g < 1
+    std::optional<double> refractive_index;
+    bool exclusive = false;  ///< replaces the media around it instead of adding to them
+};
+
+struct LightDescription {
+    SourceLocation where;
+    Light light;
+};
+
+/// One image per position of sheet and focal plane, moved together.
+struct StackDescription {
+    SourceLocation where;
+    Vec3 along;
+    double start_um = 0, stop_um = 0, step_um = 0;
+};
+
+/// Bands of wavelength cut before the film.
+struct FilterDescription {
+    bool passes = true;  ///< only these bands pass; otherwise these are blocked
+    struct Band {
+        double from_nm = 0, to_nm = 0;
+    };
+    std::vector<Band> bands;
+};
+
+struct RenderDescription {
+    std::string estimator = "auto";
+    int samples = 64;  ///< per pixel
+    std::uint64_t seed = 1;
+    std::optional<int> fluorescence_orders = 1;  ///< nothing: "all"
+    std::optional<int> max_scatterings;          ///< elastic events of a path; nothing: no limit
+    std::optional<FilterDescription> filter;
+    std::optional<double> photons;         ///< pass 1 of `cached`
+    std::optional<double> cache_voxel_um;  ///< `cached`
+    SourceLocation where;
+};
+
+/// The scene file as plain data: units resolved, defaults filled in, small tables read, grids not opened.
+struct SceneDescription {
+    std::string file;
+    std::string title;
+    std::vector<MediumDescription> media;
+    std::vector<LightDescription> lights;
+    Camera camera;
+    FilmSpec film;
+    std::optional<StackDescription> stack;
+    RenderDescription render;
+    std::vector<std::string> remarks;  ///< what the reader should hear: "GFP" stands for EGFP ...
+};
+
+/// Reads and checks a scene file. `overrides` are `KEY=VALUE` texts (`camera.resolution=[64,64]`) that replace keys.
+/// Throws SceneError with the place of the first mistake.
+SceneDescription load_scene_description(const std::filesystem::path& file,
+                                        const std::vector<std::string>& overrides = {});
+
+/// The description with every default, as JSON text; the same scene gives the same text.
+std::string to_json(const SceneDescription& scene);
+
+}  // namespace fluovox

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "fluovox/core/interval.h"
+#include "fluovox/core/vec.h"
+
+#include <limits>
+#include <variant>
+
+namespace fluovox {
+
+/// Convex places in the world where a medium is constant. All lengths in micrometres.
+struct Everywhere {};
+struct BoxRegion {
+    Vec3 min, max;
+};
+struct SphereRegion {
+    Vec3 center;
+    double radius = 0;
+};
+struct CylinderRegion {
+    Vec3 from, to;  ///< centres of the two flat ends
+    double radius = 0;
+};
+/// Infinite sideways; a half space where `max` (or `min`) is infinite.
+struct SlabRegion {
+    int axis = 2;
+    double min = 0;
+    double max = std::numeric_limits<double>::infinity();
+};
+using Region = std::variant<Everywhere, BoxRegion, SphereRegion, CylinderRegion, SlabRegion>;
+
+/// The part of `ray` from its origin on that lies in `region`; empty when it misses.
+Interval intersect(const Region& region, const Ray& ray);
+
+bool contains(const Region& region, Vec3 position_um);
+
+}  // namespace fluovox

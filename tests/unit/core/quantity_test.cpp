@@ -1,0 +1,51 @@
+#include "fluovox/core/quantity.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace fluovox {
+namespace {
+
+std::string complaint(std::string_view text, Dimension dimension) {
+    try {
+        parse_quantity(text, dimension);
+    } catch (const std::invalid_argument& e) {
+        return e.what();
+    }
+    return "no complaint";
+}
+
+TEST(Quantity, ReadsEveryUnitIntoTheDimensionsOwn) {
+    EXPECT_DOUBLE_EQ(parse_quantity("0.25 um", Dimension::Length), 0.25);
+    EXPECT_DOUBLE_EQ(parse_quantity("20nm", Dimension::Length), 0.02);
+    EXPECT_DOUBLE_EQ(parse_quantity("-5 mm", Dimension::Length), -5000);
+    EXPECT_DOUBLE_EQ(parse_quantity("0.488 um", Dimension::Wavelength), 488);
+    EXPECT_DOUBLE_EQ(parse_quantity("1 mW", Dimension::Power), 1e-3);
+    EXPECT_DOUBLE_EQ(parse_quantity("5 nM", Dimension::Concentration), 5e-3);
+    EXPECT_DOUBLE_EQ(parse_quantity("1e-6 mol/L", Dimension::Concentration), 1);
+    EXPECT_DOUBLE_EQ(parse_quantity("24.2 /cm", Dimension::Coefficient), 24.2e-4);
+    EXPECT_DOUBLE_EQ(parse_quantity("55900 /M/cm", Dimension::Extinction), 55900);
+    EXPECT_DOUBLE_EQ(parse_quantity("180 deg", Dimension::Angle), std::numbers::pi);
+    EXPECT_DOUBLE_EQ(parse_quantity("0.25 \u00b5m", Dimension::Length), 0.25);
+}
+
+TEST(Quantity, SaysWhatIsWrongAndHowToMendIt) {
+    EXPECT_EQ(complaint("6.5", Dimension::Length), "6.5 needs a unit, for example \"6.5 um\"");
+    EXPECT_EQ(complaint("1 mW", Dimension::Length).substr(0, 33), "\"1 mW\" is a power, not a length (");
+    EXPECT_EQ(complaint("thin", Dimension::Length), "\"thin\" is not a length, for example \"5 um\"");
+    EXPECT_NE(complaint("nan um", Dimension::Length), "no complaint");
+    EXPECT_NE(complaint("", Dimension::Power), "no complaint");
+    EXPECT_NE(complaint("5 parsec", Dimension::Length), "no complaint");
+}
+
+TEST(Quantity, FormatReadsBackExactly) {
+    for (const double value : {0.1, 1.0 / 3, 1e-12, 123456.789}) {
+        EXPECT_EQ(parse_quantity(format_quantity(value, Dimension::Length), Dimension::Length), value);
+    }
+}
+
+}  // namespace
+}  // namespace fluovox

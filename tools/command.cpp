@@ -1,0 +1,74 @@
+#include "command.h"
+
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <iostream>
+#include <utility>
+
+namespace fluovox::tools {
+namespace {
+
+po::options_description common_options(CommonOptions& common) {
+    po::options_description options("Common options");
+    auto add = options.add_options();
+    add("help,h", "show this help");
+    add("verbose,v", po::bool_switch(&common.verbose), "say more");
+    add("quiet,q", po::bool_switch(&common.quiet), "say nothing but errors and results");
+    add("threads", po::value(&common.threads)->value_name("N"), "threads to use (default: all)");
+    add("progress", po::value(&common.progress)->value_name("auto|bar|plain|none"), "how to show progress");
+    add("json", po::bool_switch(&common.json), "print the result as JSON");
+    return options;
+}
+
+void limit_threads(int threads) {
+    static std::unique_ptr<tbb::global_control> limit;  // holds as long as the program runs
+    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                  static_cast<std::size_t>(threads));
+}
+
+}  // namespace
+
+CommandLine::CommandLine(std::string usage, std::string examples)
+    : usage_(std::move(usage)), examples_(std::move(examples)) {}
+
+bool CommandLine::parse(const std::vector<std::string>& arguments) try {
+    // Options that another command also has ("--json FILE" of fluence) may be declared by the command itself.
+    po::options_description all;
+    const auto shared = common_options(common_);
+    po::options_description shown("Common options");
+    for (const auto& option : shared.options()) {
+        if (options_.find_nothrow(option->long_name(), false) == nullptr) shown.add(option);
+    }
+    all.add(options_).add(shown);
+
+    if (std::any_of(arguments.begin(), arguments.end(), [](auto& a) { return a == "--help" || a == "-h"; })) {
+        std::cout << "Examples:\n" << examples_ << "\nUsage: " << usage_ << "\n\n" << options_ << '\n' << shown;
+        return false;
+    }
+    using Style = po::command_line_style::style_t;
+    const auto parsed = po::command_line_parser(arguments)
+                            .options(all)
+                            .positional(positional_)
+                            .style(po::command_line_style::unix_style & ~Style::allow_guessing)
+                            .run();
+    in_order_ = parsed.options;
+    po::store(parsed, values_);
+    po::notify(values_);
+    if (common_.threads < 0) fail("--threads must not be negative");
+    if (common_.threads > 0) limit_threads(common_.threads);
+    static constexpr std::array kProgress = {"auto", "bar", "plain", "none"};
+    if (std::find(kProgress.begin(), kProgress.end(), common_.progress) == kProgress.end()) {
+        fail("--progress is auto, bar, plain or none, not \"" + common_.progress + '"');
+    }
+    return true;
+} catch (const po::error& e) {
+    fail(e.what());
+}
+
+void CommandLine::fail(const std::string& message) const {
+    throw UsageError(message + "\nUsage: " + usage_ + "\nMore: add --help");
+}
+
+}  // namespace fluovox::tools

@@ -1,0 +1,65 @@
+#include "fluovox/core/version.h"
+
+#include "commands.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+namespace {
+
+using fluovox::ExitCode;
+using fluovox::tools::Command;
+
+constexpr std::array<Command, 0> kCommands = {{}};
+
+void print_help() {
+    std::puts("fluovox: fluorescence in scattering media, from mesh to microscope image\n\nCommands:");
+    for (const Command& command : kCommands)
+        std::printf("  %-10s %s\n", command.name, command.summary);
+    std::puts(
+        "\nEach takes --help, with examples first.\n"
+        "Exit codes: 0 ok, 1 different (diff), 2 usage, 3 invalid scene, 4 bad input data, 5 output not written,\n"
+        "70 internal error, 75 stopped with what was done saved.");
+}
+
+ExitCode run(const std::vector<std::string>& arguments) {
+    const std::string name = arguments.empty() ? "--help" : arguments.front();
+    if (name == "--help" || name == "-h" || name == "help") {
+        print_help();
+        return arguments.empty() ? ExitCode::Usage : ExitCode::Ok;
+    }
+    if (name == "--version") {
+        std::printf("fluovox %s\n", fluovox::version());
+        return ExitCode::Ok;
+    }
+    const auto* const command =
+        std::find_if(kCommands.begin(), kCommands.end(), [&](const Command& c) { return c.name == name; });
+    if (command == kCommands.end()) {
+        throw fluovox::UsageError("no command \"" + name + "\"; fluovox --help lists them");
+    }
+    return command->run({arguments.begin() + 1, arguments.end()});
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return static_cast<int>(run({argv + 1, argv + argc}));
+    } catch (const fluovox::SceneError& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+        return static_cast<int>(e.code());
+    } catch (const fluovox::Error& e) {
+        std::fprintf(stderr, "fluovox: error: %s\n", e.what());
+        return static_cast<int>(e.code());
+    } catch (const std::bad_alloc&) {
+        std::fputs("fluovox: error: not enough memory\n", stderr);
+        return static_cast<int>(ExitCode::Input);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "fluovox: internal error: %s\n", e.what());
+        return static_cast<int>(ExitCode::Internal);
+    }
+}
