@@ -1,0 +1,103 @@
+#include "fluovox/core/text.h"
+
+#include "fluovox/core/error.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+constexpr std::size_t kLargestText = std::size_t{256} << 20;
+
+char lower(char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
+}  // namespace
+
+std::string load_text(const std::filesystem::path& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) throw InputError(path.string() + ": is a folder, not a file");
+    errno = 0;
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) throw InputError(path.string() + ": cannot be read: " + std::strerror(errno));
+    std::string text;
+    std::vector<char> block(std::size_t{1} << 16);
+    while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
+        text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+        if (text.size() > kLargestText) throw InputError(path.string() + ": is larger than 256 MiB, not a text file");
+    }
+    if (stream.bad()) throw InputError(path.string() + ": cannot be read to its end");
+    return text;
+}
+
+std::string lower_case(std::string_view text) {
+    std::string result(text);
+    std::transform(result.begin(), result.end(), result.begin(), lower);
+    return result;
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    // Three rows of the usual table: distances of the beginnings of `a` one and two letters shorter, and this one.
+    std::vector<std::size_t> before(b.size() + 1);
+    std::vector<std::size_t> last(b.size() + 1);
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j)
+        row[j] = j;
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::swap(before, last);
+        std::swap(last, row);
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = lower(a[i - 1]) == lower(b[j - 1]) ? 0 : 1;
+            row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + replaced});
+            const bool swapped =
+                i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]);
+            if (swapped) row[j] = std::min(row[j], before[j - 2] + 1);
+        }
+    }
+    return row[b.size()];
+}
+
+std::vector<std::string> closest_names(std::string_view name, const std::vector<std::string>& candidates,
+                                       std::size_t count) {
+    constexpr std::size_t kShortestStem = 3;
+    const std::string wanted = lower_case(name).substr(0, 100);  // a name from a garbage file can be huge
+    std::vector<std::pair<std::size_t, std::string>> near;
+    for (const std::string& candidate : candidates) {
+        const std::string known = lower_case(candidate);
+        const std::size_t distance = edit_distance(wanted, known);
+        const bool stem = std::min(wanted.size(), known.size()) >= kShortestStem &&
+                          (known.rfind(wanted, 0) == 0 || wanted.rfind(known, 0) == 0);
+        const std::size_t allowed = std::max<std::size_t>(1, std::max(wanted.size(), known.size()) / 3);
+        if (distance <= allowed && distance < known.size()) {
+            near.emplace_back(distance, candidate);
+        } else if (stem) {
+            near.emplace_back(allowed + 1, candidate);
+        }
+    }
+    std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string> names;
+    for (auto& [distance, candidate] : near) {
+        if (names.size() < count) names.push_back(std::move(candidate));
+    }
+    return names;
+}
+
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates) {
+    const std::vector<std::string> names = closest_names(name, candidates);
+    if (names.empty()) return {};
+    std::string text = "; did you mean ";
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
+        text += '"' + names[i] + '"';
+    }
+    return text + '?';
+}
+
+}  // namespace fluovox

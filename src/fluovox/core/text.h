@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fluovox {
+
+/// A whole text file. Throws InputError when it is missing, a folder, unreadable or larger than 256 MiB.
+std::string load_text(const std::filesystem::path& path);
+
+/// ASCII letters in lower case; other bytes as they are.
+std::string lower_case(std::string_view text);
+
+/// Least number of insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`,
+/// without regard to ASCII case (Damerau's distance, restricted: no piece is edited twice).
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// Those of `candidates` that `name` may be a slip for, best first, at most `count`: few edits for the length of the
+/// name, or one begins with the other.
+std::vector<std::string> closest_names(std::string_view name, const std::vector<std::string>& candidates,
+                                       std::size_t count = 3);
+
+/// `; did you mean "waist", "width" or "weight"?` from `closest_names`, to append to a message; empty when nothing is
+/// close.
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);
+
+}  // namespace fluovox

@@ -1,0 +1,44 @@
+#include "fluovox/core/text.h"
+
+#include "fluovox/core/error.h"
+
+#include <gtest/gtest.h>
+
+namespace fluovox {
+namespace {
+
+using Names = std::vector<std::string>;
+
+TEST(Text, EditDistanceCountsEveryKindOfSlipOnce) {
+    EXPECT_EQ(edit_distance("waist", "waist"), 0U);
+    EXPECT_EQ(edit_distance("wiast", "waist"), 1U);  // swapped
+    EXPECT_EQ(edit_distance("wist", "waist"), 1U);   // left out
+    EXPECT_EQ(edit_distance("waiist", "waist"), 1U);
+    EXPECT_EQ(edit_distance("wXist", "waist"), 1U);
+    EXPECT_EQ(edit_distance("EGFP", "egfp"), 0U);
+    EXPECT_EQ(edit_distance("", "abc"), 3U);
+    EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
+}
+
+TEST(Text, ClosestNamesAreBestFirstAndOnlyPlausibleOnes) {
+    const Names keys = {"position", "direction", "power", "width", "waist", "wavelength"};
+    EXPECT_EQ(closest_names("wiast", keys), (Names{"waist"}));
+    EXPECT_EQ(closest_names("wave", keys).front(), "wavelength");
+    EXPECT_EQ(closest_names("zzzzzz", keys), Names{});
+    EXPECT_EQ(closest_names("a", {"b"}), Names{});
+    EXPECT_EQ(closest_names("alexa 480", {"Alexa 488", "Alexa 546", "Cy5"}, 1), (Names{"Alexa 488"}));
+}
+
+TEST(Text, DidYouMeanIsReadyToAppend) {
+    EXPECT_EQ(did_you_mean("powr", {"power", "position"}), "; did you mean \"power\"?");
+    EXPECT_EQ(did_you_mean("m1", {"m2", "m3"}), "; did you mean \"m2\" or \"m3\"?");
+    EXPECT_EQ(did_you_mean("qqqqqqq", {"power"}), "");
+}
+
+TEST(Text, LoadingNamesTheFileThatCannotBeRead) {
+    EXPECT_THROW(load_text(testing::TempDir()), InputError);
+    EXPECT_THROW(load_text(testing::TempDir() + "no-such-file.toml"), InputError);
+}
+
+}  // namespace
+}  // namespace fluovox
