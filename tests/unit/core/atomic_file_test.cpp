@@ -24,7 +24,10 @@ protected:
         return {std::istreambuf_iterator<char>(in), {}};
     }
 
-    const fs::path folder_ = fs::path(::testing::TempDir()) / "fluovox_atomic_file";
+    // One folder a test: ctest runs them at the same time.
+    const fs::path folder_ = fs::path(::testing::TempDir()) /
+                             (std::string("fluovox_atomic_file_") +
+                              ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(AtomicFile, ReplacesWhatWasThere) {
