@@ -1,0 +1,114 @@
+#include "fluovox/image/png.h"
+
+#include "fluovox/core/atomic_file.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <csetjmp>
+#include <stdexcept>
+
+namespace fluovox {
+namespace {
+
+/// What libpng is given; libpng leaves by longjmp on an error, so nothing here may need a destructor.
+struct Encoding {
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+    png_uint_32 width = 0;
+    png_uint_32 height = 0;
+    int bits = 8;
+    const png_byte* const* rows = nullptr;
+    png_textp remarks = nullptr;
+    int remark_count = 0;
+};
+
+void append(png_structp png, png_bytep data, std::size_t size) {
+    try {
+        static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(data), size);
+    } catch (const std::exception&) {
+        png_error(png, "no memory");
+    }
+}
+
+void flush(png_structp /*png*/) {}
+void quiet(png_structp /*png*/, png_const_charp /*message*/) {}
+
+bool encode(const Encoding& e) {
+    if (setjmp(png_jmpbuf(e.png)) != 0) return false;  // NOLINT(cert-err52-cpp): libpng's only way to fail
+    png_set_IHDR(e.png, e.info, e.width, e.height, e.bits, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB(e.png, e.info, PNG_sRGB_INTENT_PERCEPTUAL);
+    if (e.remark_count > 0) png_set_text(e.png, e.info, e.remarks, e.remark_count);
+    png_write_info(e.png, e.info);
+    if (e.bits == 16) png_set_swap(e.png);  // PNG is big-endian
+    // libpng 1.6 takes the rows as const only one at a time.
+    for (png_uint_32 y = 0; y < e.height; ++y)
+        png_write_row(e.png, e.rows[y]);
+    png_write_end(e.png, e.info);
+    return true;
+}
+
+std::vector<png_text> as_png_text(const PngRemarks& remarks) {
+    std::vector<png_text> texts(remarks.size());
+    for (std::size_t i = 0; i < remarks.size(); ++i) {
+        texts[i].compression = PNG_TEXT_COMPRESSION_NONE;
+        texts[i].key = const_cast<char*>(remarks[i].first.c_str());    // NOLINT(*-const-cast): read only, C API
+        texts[i].text = const_cast<char*>(remarks[i].second.c_str());  // NOLINT(*-const-cast)
+        texts[i].text_length = remarks[i].second.size();
+    }
+    return texts;
+}
+
+template <typename Sample>
+std::string encode_picture(const BasicPicture<Sample>& picture, const PngRemarks& remarks) {
+    const auto row_samples = 3 * static_cast<std::size_t>(std::max(picture.width, 0));
+    if (picture.width <= 0 || picture.height <= 0 ||
+        picture.rgb.size() != row_samples * static_cast<std::size_t>(picture.height)) {
+        throw std::invalid_argument("to_png: the picture has no pixels, or not three samples for each");
+    }
+    std::vector<const png_byte*> rows;
+    for (int y = 0; y < picture.height; ++y)
+        rows.push_back(reinterpret_cast<const png_byte*>(picture.at(0, y)));
+    std::vector<png_text> texts = as_png_text(remarks);
+
+    std::string bytes;
+    Encoding e;
+    e.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, quiet);
+    e.info = e.png != nullptr ? png_create_info_struct(e.png) : nullptr;
+    if (e.info == nullptr) {
+        png_destroy_write_struct(&e.png, nullptr);
+        throw std::bad_alloc();
+    }
+    png_set_write_fn(e.png, &bytes, append, flush);
+    e.width = static_cast<png_uint_32>(picture.width);
+    e.height = static_cast<png_uint_32>(picture.height);
+    e.bits = 8 * static_cast<int>(sizeof(Sample));
+    e.rows = rows.data();
+    e.remarks = texts.data();
+    e.remark_count = static_cast<int>(texts.size());
+    const bool done = encode(e);
+    png_destroy_write_struct(&e.png, &e.info);
+    if (!done) throw std::runtime_error("libpng could not encode the picture");
+    return bytes;
+}
+
+}  // namespace
+
+std::string to_png(const Picture& picture, const PngRemarks& remarks) {
+    return encode_picture(picture, remarks);
+}
+
+std::string to_png(const Picture16& picture, const PngRemarks& remarks) {
+    return encode_picture(picture, remarks);
+}
+
+void save_png(const std::filesystem::path& path, const Picture& picture, const PngRemarks& remarks) {
+    write_text_file(path, to_png(picture, remarks));
+}
+
+void save_png(const std::filesystem::path& path, const Picture16& picture, const PngRemarks& remarks) {
+    write_text_file(path, to_png(picture, remarks));
+}
+
+}  // namespace fluovox
