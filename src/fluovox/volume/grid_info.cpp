@@ -1,0 +1,126 @@
+#include "fluovox/volume/grid_info.h"
+
+#include "fluovox/volume/vdb_internal.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace fluovox {
+namespace {
+
+struct Statistics {
+    double min = std::numeric_limits<double>::infinity();
+    double max = -std::numeric_limits<double>::infinity();
+    double sum = 0;
+    std::uint64_t voxels = 0;
+
+    void add(double value, std::uint64_t count) {
+        min = std::min(min, value);
+        max = std::max(max, value);
+        sum += value * static_cast<double>(count);
+        voxels += count;
+    }
+    void add(const Statistics& other) {
+        min = std::min(min, other.min);
+        max = std::max(max, other.max);
+        sum += other.sum;
+        voxels += other.voxels;
+    }
+};
+
+/// In pieces of a fixed size that are added in a fixed order: the same sum for any number of threads.
+Statistics active_statistics(const openvdb::FloatGrid& grid) {
+    std::vector<const openvdb::FloatTree::LeafNodeType*> leaves;
+    grid.tree().getNodes(leaves);
+    Statistics all = tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<std::size_t>(0, leaves.size(), 256), Statistics{},
+        [&](const tbb::blocked_range<std::size_t>& range, Statistics found) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i)
+                for (auto value = leaves[i]->cbeginValueOn(); value; ++value)
+                    found.add(static_cast<double>(*value), 1);
+            return found;
+        },
+        [](Statistics a, const Statistics& b) {
+            a.add(b);
+            return a;
+        });
+    auto tile = grid.cbeginValueOn();
+    tile.setMaxDepth(openvdb::FloatTree::ValueOnCIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile)
+        all.add(static_cast<double>(*tile), tile.getVoxelCount());
+    return all;
+}
+
+Vec3 to_vec3(const openvdb::Vec3d& v) {
+    return {v.x(), v.y(), v.z()};
+}
+
+/// um per unit of length, umol/L per unit of value; 1 where unknown.
+double length_scale(const std::string& unit) {
+    if (unit == "nm") return 1e-3;
+    if (unit == "mm") return 1e3;
+    if (unit == "cm") return 1e4;
+    if (unit == "m") return 1e6;
+    return 1;
+}
+double concentration_scale(const std::string& unit) {
+    if (unit == "mol/L" || unit == "M") return 1e6;
+    if (unit == "mmol/L" || unit == "mM") return 1e3;
+    if (unit == "nmol/L" || unit == "nM") return 1e-3;
+    if (unit == "pmol/L" || unit == "pM") return 1e-6;
+    return 1;
+}
+
+Bounds active_bounds_um(const openvdb::FloatGrid& grid, double um) {
+    openvdb::CoordBBox box;
+    Bounds bounds;
+    if (!grid.tree().evalActiveVoxelBoundingBox(box)) return bounds;
+    for (int corner = 0; corner < 8; ++corner) {
+        openvdb::Vec3d index;
+        for (int axis = 0; axis < 3; ++axis)
+            index[axis] = ((corner >> axis) & 1) != 0 ? box.max()[axis] + 0.5 : box.min()[axis] - 0.5;
+        bounds.add(um * to_vec3(grid.indexToWorld(index)));
+    }
+    return bounds;
+}
+
+}  // namespace
+
+GridInfo inspect_grid(const openvdb::FloatGrid& grid) {
+    GridInfo info;
+    info.metadata = grid_metadata(grid);
+    info.grid_class = openvdb::GridBase::gridClassToMenuName(grid.getGridClass());
+    std::transform(info.grid_class.begin(), info.grid_class.end(), info.grid_class.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const double um = length_scale(info.metadata.length_unit);
+    info.voxel_size_um = um * to_vec3(grid.voxelSize());
+    info.bbox_um = active_bounds_um(grid, um);
+    info.memory_bytes = grid.memUsage();
+    const Statistics found = active_statistics(grid);
+    info.active_voxels = found.voxels;
+    if (found.voxels == 0) return info;
+    info.min = found.min;
+    info.mean = found.sum / static_cast<double>(found.voxels);
+    info.max = found.max;
+    // umol/L x um^3: 1 um^3 = 1e-15 L, 1 umol = 1e-6 mol.
+    const double voxel_um3 = std::abs(grid.transform().voxelVolume()) * um * um * um;
+    info.total_mol = found.sum * concentration_scale(info.metadata.value_unit) * voxel_um3 * 1e-21;
+    return info;
+}
+
+std::vector<GridInfo> inspect_grids(const std::filesystem::path& file) {
+    std::vector<GridInfo> infos;
+    for (const GridEntry& entry : list_grids(file)) {
+        GridInfo info;
+        if (entry.readable) info = inspect_grid(*load_any_float_grid(file, entry.name));
+        info.entry = entry;
+        infos.push_back(std::move(info));
+    }
+    return infos;
+}
+
+}  // namespace fluovox

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "fluovox/core/bounds.h"
+#include "fluovox/core/vec.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fluovox {
+
+/// What a grid of a VDB file says about itself; a text is empty where the file is silent.
+struct GridMetadata {
+    std::string dye;
+    std::string value_unit;     ///< of concentrations: "umol/L"
+    std::string length_unit;    ///< of world space: "um"
+    std::string source;         ///< the files it was made from
+    std::string source_sha256;  ///< of those files' bytes
+    std::string fluovox_version;
+};
+
+/// One grid of a file's table of contents.
+struct GridEntry {
+    std::string name;
+    std::string value_type;  ///< "float", "double", "int32", "vec3s" ...
+    bool half = false;       ///< stored with 16 bits a value
+    bool readable = false;   ///< a float grid of the usual tree, which fluovox can read
+};
+
+/// A grid with its statistics, as `fluovox info` prints it. Lengths and amounts assume the metadata's units,
+/// and um and umol/L where the file is silent.
+struct GridInfo {
+    GridEntry entry;
+    GridMetadata metadata;
+    std::string grid_class;  ///< "fog volume", "level set", "unknown" ...
+    Vec3 voxel_size_um;
+    std::uint64_t active_voxels = 0;    ///< those of tiles included
+    Bounds bbox_um;                     ///< of the active voxels, whole cells; empty when there are none
+    double min = 0, mean = 0, max = 0;  ///< over the active voxels, in the grid's own unit
+    double total_mol = 0;               ///< amount of substance: sum of value times voxel volume
+    std::uint64_t memory_bytes = 0;
+};
+
+/// The grids of a VDB file, in the order of the file. Throws InputError when it is missing, empty, truncated or no
+/// VDB file at all.
+std::vector<GridEntry> list_grids(const std::filesystem::path& file);
+
+/// Statistics of every readable grid of a file; the others have only their `entry`. Throws InputError.
+std::vector<GridInfo> inspect_grids(const std::filesystem::path& file);
+
+}  // namespace fluovox

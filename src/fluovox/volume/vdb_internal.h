@@ -1,0 +1,39 @@
+#pragma once
+
+// OpenVDB's own types: for the sources of this library that need them, never for a public header.
+
+#include "fluovox/volume/grid_info.h"
+
+#include <openvdb/openvdb.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fluovox {
+
+/// Readies OpenVDB; call before the first use of it. Cheap after the first time.
+void initialize_openvdb();
+
+/// Reads a grid of concentrations (or of density). `name` may be empty when the file has one grid only; otherwise it
+/// must match exactly or, failing that, without regard to case.
+/// Throws InputError: file missing, damaged, truncated or no VDB; no such grid (lists those of the file); not a
+/// float grid; a level set; values that are NaN, infinite or negative (how many, and where the first is).
+openvdb::FloatGrid::Ptr load_float_grid(const std::filesystem::path& file, const std::string& name);
+
+/// As `load_float_grid`, but takes level sets and any values too.
+openvdb::FloatGrid::Ptr load_any_float_grid(const std::filesystem::path& file, const std::string& name);
+
+/// What the grid says about itself.
+GridMetadata grid_metadata(const openvdb::GridBase& grid);
+
+/// Writes `metadata` (all of it that isn't empty) into the grid.
+void set_grid_metadata(openvdb::GridBase& grid, const GridMetadata& metadata);
+
+/// Writes a file of grids in one step (see write_atomically). Throws OutputError.
+void save_grids(const std::filesystem::path& file, const std::vector<openvdb::GridBase::Ptr>& grids);
+
+/// Statistics of a float grid; its `entry` is left empty.
+GridInfo inspect_grid(const openvdb::FloatGrid& grid);
+
+}  // namespace fluovox

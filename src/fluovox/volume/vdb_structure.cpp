@@ -1,0 +1,303 @@
+#include "fluovox/volume/vdb_structure.h"
+
+#include "fluovox/core/error.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+// The layout follows the format documentation in OpenVDB's headers (io/Archive, io/Compression, tree/*Node).
+constexpr std::int64_t kMagic = 0x56444220;
+constexpr std::uint32_t kOldestVersion = 222;  // node masks are compressed from here on: OpenVDB 2.0 (2013)
+constexpr std::uint32_t kNewestVersion = 224;
+constexpr std::uint32_t kZip = 1, kActiveMask = 2, kBlosc = 4;
+constexpr std::string_view kHalfSuffix = "_HalfFloat";
+
+/// The bytes of a file, mapped; read front to back, never past the end.
+class FileBytes {
+public:
+    explicit FileBytes(const std::filesystem::path& file) : file_(file.string()) {
+        const int descriptor = ::open(file_.c_str(), O_RDONLY | O_CLOEXEC);
+        if (descriptor < 0) throw InputError(file_ + ": cannot be read: " + std::strerror(errno));
+        struct stat status {};
+        const bool regular = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+        if (regular && status.st_size > 0) {
+            size_ = static_cast<std::size_t>(status.st_size);
+            void* const begin = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
+            if (begin != MAP_FAILED) bytes_ = static_cast<const char*>(begin);
+        }
+        ::close(descriptor);
+        if (!regular) throw InputError(file_ + ": is not a file");
+        if (size_ == 0) throw InputError(file_ + ": is empty");
+        if (bytes_ == nullptr) throw InputError(file_ + ": cannot be read");
+    }
+    FileBytes(const FileBytes&) = delete;
+    FileBytes& operator=(const FileBytes&) = delete;
+    ~FileBytes() {
+        // munmap wants a pointer to non-const bytes and doesn't write through it.
+        ::munmap(const_cast<char*>(bytes_), size_);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
+    }
+
+    std::size_t size() const { return size_; }
+    std::size_t position() const { return position_; }
+    void seek(std::uint64_t position) {
+        if (position > size_) truncated();
+        position_ = static_cast<std::size_t>(position);
+    }
+    const char* skip(std::uint64_t count) {
+        if (count > size_ - position_) truncated();
+        const char* const here = bytes_ + position_;
+        position_ += static_cast<std::size_t>(count);
+        return here;
+    }
+    template <class T>
+    T read() {
+        T value;
+        std::memcpy(&value, skip(sizeof value), sizeof value);
+        return value;
+    }
+    std::string text() {
+        const auto length = read<std::uint32_t>();
+        return {skip(length), length};
+    }
+    [[noreturn]] void truncated() const {
+        throw InputError(file_ + ": is truncated or damaged: it ends before its last grid does");
+    }
+    [[noreturn]] void damaged(const std::string& what) const { throw InputError(file_ + ": is damaged: " + what); }
+
+private:
+    std::string file_;
+    std::size_t size_ = 0;
+    std::size_t position_ = 0;
+    const char* bytes_ = nullptr;
+};
+
+/// Bytes that a metadata value of this type has, or 0 where any number will do.
+std::uint32_t metadata_size(std::string_view type) {
+    using Row = std::pair<std::string_view, std::uint32_t>;
+    static constexpr std::array kSizes = {Row{"bool", 1},   Row{"int32", 4},  Row{"int64", 8},  Row{"float", 4},
+                                          Row{"double", 8}, Row{"vec2d", 16}, Row{"vec2i", 8},  Row{"vec2s", 8},
+                                          Row{"vec3d", 24}, Row{"vec3i", 12}, Row{"vec3s", 12}, Row{"vec4d", 32},
+                                          Row{"vec4i", 16}, Row{"vec4s", 16}, Row{"mat4s", 64}, Row{"mat4d", 128}};
+    for (const auto& [name, size] : kSizes) {
+        if (name == type) return size;
+    }
+    return 0;
+}
+
+void skip_metadata(FileBytes& in) {
+    const auto count = in.read<std::uint32_t>();
+    for (std::uint32_t i = 0; i < count; ++i) {
+        in.text();
+        const std::string type = in.text();
+        const auto size = in.read<std::uint32_t>();
+        const std::uint32_t expected = metadata_size(type);
+        if (expected != 0 && size != expected) in.damaged("metadata of type " + type + " has a wrong size");
+        in.skip(size);
+    }
+}
+
+void skip_transform(FileBytes& in) {
+    using Row = std::pair<std::string_view, std::uint32_t>;
+    static constexpr std::array kSizes = {Row{"AffineMap", 128},
+                                          Row{"UnitaryMap", 128},
+                                          Row{"ScaleMap", 120},
+                                          Row{"UniformScaleMap", 120},
+                                          Row{"TranslationMap", 24},
+                                          Row{"ScaleTranslateMap", 144},
+                                          Row{"UniformScaleTranslateMap", 144}};
+    const std::string type = in.text();
+    for (const auto& [name, size] : kSizes) {
+        if (name != type) continue;
+        const char* const bytes = in.skip(size);
+        for (std::uint32_t offset = 0; offset < size; offset += sizeof(double)) {
+            double value = 0;
+            std::memcpy(&value, bytes + offset, sizeof value);
+            if (!(value > -std::numeric_limits<double>::max() && value < std::numeric_limits<double>::max())) {
+                in.damaged("its transform is not finite");
+            }
+        }
+        return;
+    }
+    if (type == "NonlinearFrustumMap") {
+        in.damaged("it has a frustum transform, and fluovox reads affine ones only");
+    }
+    in.damaged("it has an unknown transform");
+}
+
+/// How the values of one grid are stored.
+struct Storage {
+    std::uint32_t compression = 0;
+    std::uint32_t bytes_per_value = 4;
+};
+
+/// Passes over one compressed chunk that unpacks to `unpacked` bytes.
+void skip_chunk(FileBytes& in, const Storage& storage, std::uint64_t unpacked) {
+    if ((storage.compression & (kZip | kBlosc)) == 0) {
+        in.skip(unpacked);
+        return;
+    }
+    const auto stored = in.read<std::int64_t>();
+    if (stored <= 0) {
+        if (stored != -static_cast<std::int64_t>(unpacked)) in.damaged("a block of values has a wrong size");
+        in.skip(unpacked);
+        return;
+    }
+    const char* const chunk = in.skip(static_cast<std::uint64_t>(stored));
+    if ((storage.compression & kBlosc) == 0) return;  // zlib checks for itself
+    constexpr std::int64_t kBloscHeader = 16;
+    std::array<std::uint32_t, 3> sizes{};  // unpacked, of a block, packed
+    if (stored < kBloscHeader) in.damaged("a block of values is too short");
+    std::memcpy(sizes.data(), chunk + 4, sizeof sizes);
+    if (sizes[0] != unpacked || sizes[1] == 0 || sizes[1] > std::max<std::uint64_t>(unpacked, 1) ||
+        sizes[2] != stored) {
+        in.damaged("a block of values has a wrong header");
+    }
+}
+
+/// Passes over the values of one node. `active` of them are on in its value mask.
+void skip_values(FileBytes& in, const Storage& storage, std::uint32_t count, std::uint32_t active) {
+    const auto layout = in.read<std::int8_t>();
+    if (layout < 0 || layout > 6) in.damaged("a node has an unknown layout");
+    const bool one_value = layout == 2 || layout == 4 || layout == 5;
+    if (one_value) in.skip(sizeof(float));
+    if (layout == 5) in.skip(sizeof(float));
+    if (layout >= 3 && layout <= 5) in.skip(count / 8);
+    const bool only_active = (storage.compression & kActiveMask) != 0 && layout != 6;
+    const std::uint64_t stored = only_active ? active : count;
+    // As OpenVDB does: no chunk at all for half values when there are none.
+    if (stored == 0 && storage.bytes_per_value == 2) return;
+    skip_chunk(in, storage, stored * storage.bytes_per_value);
+}
+
+std::uint32_t count_on(const char* mask, std::uint32_t bits) {
+    std::uint32_t on = 0;
+    for (std::uint32_t byte = 0; byte < bits / 8; byte += sizeof(std::uint64_t)) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, mask + byte, sizeof word);
+        on += static_cast<std::uint32_t>(std::popcount(word));
+    }
+    return on;
+}
+
+/// Passes over an internal node (32^3 above 16^3 above leaves); returns the number of leaves below it and adds
+/// the places of their masks to `leaf_active`.
+void skip_topology(FileBytes& in, const Storage& storage, int level, std::vector<std::uint16_t>& leaf_active) {
+    if (level == 0) {
+        constexpr std::uint32_t kLeafValues = 512;
+        leaf_active.push_back(static_cast<std::uint16_t>(count_on(in.skip(kLeafValues / 8), kLeafValues)));
+        return;
+    }
+    const std::uint32_t count = level == 2 ? 32 * 32 * 32 : 16 * 16 * 16;
+    const std::uint32_t children = count_on(in.skip(count / 8), count);
+    const std::uint32_t active = count_on(in.skip(count / 8), count);
+    skip_values(in, storage, count, active);
+    for (std::uint32_t i = 0; i < children; ++i)
+        skip_topology(in, storage, level - 1, leaf_active);
+}
+
+void require_origin(FileBytes& in) {
+    constexpr std::int32_t kRootSpan = 4096;  // voxels along the side of a node below the root
+    for (int axis = 0; axis < 3; ++axis) {
+        if (in.read<std::int32_t>() % kRootSpan != 0) in.damaged("a node of its tree lies off the lattice");
+    }
+}
+
+void skip_tree(FileBytes& in, const Storage& storage) {
+    if (in.read<std::int32_t>() != 1) in.damaged("its tree has several buffers");
+    in.skip(sizeof(float));  // background
+    const auto tiles = in.read<std::uint32_t>();
+    const auto children = in.read<std::uint32_t>();
+    for (std::uint32_t i = 0; i < tiles; ++i) {
+        require_origin(in);
+        in.skip(sizeof(float) + sizeof(bool));
+    }
+    std::vector<std::uint16_t> leaf_active;
+    for (std::uint32_t i = 0; i < children; ++i) {
+        require_origin(in);
+        skip_topology(in, storage, 2, leaf_active);
+    }
+    for (const std::uint16_t active : leaf_active) {
+        constexpr std::uint32_t kLeafValues = 512;
+        in.skip(kLeafValues / 8);
+        skip_values(in, storage, kLeafValues, active);
+    }
+}
+
+void read_header(FileBytes& in, const std::string& file) {
+    if (in.size() < sizeof kMagic || in.read<std::int64_t>() != kMagic) throw InputError(file + ": is not a VDB file");
+    const auto version = in.read<std::uint32_t>();
+    if (version < kOldestVersion || version > kNewestVersion) {
+        throw InputError(file + ": has VDB format version " + std::to_string(version) + ", and fluovox reads " +
+                         std::to_string(kOldestVersion) + " to " + std::to_string(kNewestVersion) +
+                         "; write it anew with a current OpenVDB (vdb_tool -read IN -write OUT)");
+    }
+    in.skip(2 * sizeof(std::uint32_t));  // version of the library that wrote it
+    if (in.read<char>() == 0) {
+        throw InputError(file + ": was streamed and has no table of contents; write it anew " +
+                         "(vdb_tool -read IN -write OUT)");
+    }
+    constexpr std::uint64_t kUuidLength = 36;
+    in.skip(kUuidLength);
+}
+
+}  // namespace
+
+std::vector<VdbDescriptor> read_vdb_directory(const std::filesystem::path& file) {
+    FileBytes in(file);
+    read_header(in, file.string());
+    skip_metadata(in);
+    const auto count = in.read<std::int32_t>();
+    if (count < 0) in.damaged("the number of its grids is negative");
+    std::vector<VdbDescriptor> grids;
+    for (std::int32_t i = 0; i < count; ++i) {
+        VdbDescriptor grid;
+        grid.unique_name = in.text();
+        constexpr char kSeparator = '\x1e';
+        grid.name = grid.unique_name.substr(0, grid.unique_name.find(kSeparator));
+        grid.type = in.text();
+        if (grid.type.ends_with(kHalfSuffix)) {
+            grid.half = true;
+            grid.type.resize(grid.type.size() - kHalfSuffix.size());
+        }
+        grid.parent = in.text();
+        grid.grid_position = in.read<std::uint64_t>();
+        grid.block_position = in.read<std::uint64_t>();
+        grid.end_position = in.read<std::uint64_t>();
+        const bool ordered = in.position() <= grid.grid_position && grid.grid_position <= grid.block_position &&
+                             grid.block_position <= grid.end_position;
+        if (!ordered || grid.end_position > in.size()) in.truncated();
+        in.seek(grid.end_position);
+        grids.push_back(std::move(grid));
+    }
+    return grids;
+}
+
+void check_vdb_float_grid(const std::filesystem::path& file, const VdbDescriptor& grid) {
+    FileBytes in(file);
+    in.seek(grid.grid_position);
+    Storage storage;
+    storage.compression = in.read<std::uint32_t>();
+    storage.bytes_per_value = grid.half ? 2 : 4;
+    skip_metadata(in);
+    skip_transform(in);
+    if (!grid.parent.empty()) return;
+    skip_tree(in, storage);
+    if (in.position() != grid.end_position) in.damaged("a grid does not end where its table of contents says");
+}
+
+}  // namespace fluovox

@@ -1,0 +1,186 @@
+#include "fluovox/core/error.h"
+#include "fluovox/core/rng.h"
+#include "fluovox/volume/vdb_internal.h"
+
+#include <gtest/gtest.h>
+#include <openvdb/io/File.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <string>
+
+namespace fluovox {
+namespace {
+
+namespace fs = std::filesystem;
+
+class VdbFile : public ::testing::Test {
+protected:
+    void SetUp() override {
+        initialize_openvdb();
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    /// A ball of 3 umol/L with soft edges and a tile inside.
+    static openvdb::FloatGrid::Ptr ball(const std::string& name) {
+        auto grid = openvdb::FloatGrid::create(0.0F);
+        grid->setName(name);
+        grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+        grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
+        grid->tree().fill(openvdb::CoordBBox(openvdb::Coord(-8), openvdb::Coord(15)), 3.0F, true);
+        auto values = grid->getAccessor();
+        Rng random(1, 2, 3);
+        for (int i = 0; i < 2000; ++i) {
+            const auto at = [&] { return static_cast<int>(random.uniform() * 60) - 30; };
+            values.setValue({at(), at(), at()}, static_cast<float>(random.uniform()));
+        }
+        return grid;
+    }
+    static std::string message(const std::function<void()>& action) {
+        try {
+            action();
+        } catch (const InputError& e) {
+            return e.what();
+        }
+        return "";
+    }
+    static std::string bytes(const fs::path& file) {
+        std::ifstream in(file, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+    fs::path write(const std::string& name, const std::string& content) const {
+        std::ofstream(folder_ / name, std::ios::binary) << content;
+        return folder_ / name;
+    }
+
+    const fs::path folder_ = fs::path(::testing::TempDir()) / "fluovox_vdb_file";
+};
+
+TEST_F(VdbFile, GivesBackWhatWasSaved) {
+    const auto grid = ball("EGFP");
+    set_grid_metadata(*grid, {"EGFP", "umol/L", "um", "cell.ply", "00ff", "0.1.0"});
+    save_grids(folder_ / "a.vdb", {grid, ball("DAPI")});
+    const auto back = load_float_grid(folder_ / "a.vdb", "EGFP");
+    EXPECT_EQ(back->activeVoxelCount(), grid->activeVoxelCount());
+    EXPECT_EQ(back->tree().getValue({-8, 3, 4}), grid->tree().getValue({-8, 3, 4}));
+    EXPECT_EQ(grid_metadata(*back).dye, "EGFP");
+    EXPECT_EQ(grid_metadata(*back).source_sha256, "00ff");
+    EXPECT_DOUBLE_EQ(back->voxelSize().x(), 0.5);
+    EXPECT_EQ(load_float_grid(folder_ / "a.vdb", "dapi")->getName(), "DAPI");
+}
+
+TEST_F(VdbFile, ReadsHalfFloatsAndEveryCompression) {
+    using namespace openvdb::io;
+    for (const int compression : {int{COMPRESS_NONE}, int{COMPRESS_ZIP}, int{COMPRESS_ACTIVE_MASK}, int{COMPRESS_BLOSC},
+                                  COMPRESS_BLOSC | COMPRESS_ACTIVE_MASK}) {
+        for (const bool half : {false, true}) {
+            const auto grid = ball("EGFP");
+            grid->setSaveFloatAsHalf(half);
+            openvdb::io::File out((folder_ / "a.vdb").string());
+            out.setCompression(static_cast<std::uint32_t>(compression));
+            out.write(openvdb::GridPtrVec{grid});
+            const auto back = load_float_grid(folder_ / "a.vdb", "");
+            EXPECT_EQ(back->activeVoxelCount(), grid->activeVoxelCount()) << compression << half;
+            EXPECT_EQ(list_grids(folder_ / "a.vdb").at(0).half, half);
+        }
+    }
+}
+
+TEST_F(VdbFile, NamesTheGridsOfTheFileWhenOneIsMissing) {
+    save_grids(folder_ / "a.vdb", {ball("EGFP"), ball("DAPI")});
+    const std::string text = message([&] { load_float_grid(folder_ / "a.vdb", "mCherry"); });
+    EXPECT_NE(text.find("\"EGFP\", \"DAPI\""), std::string::npos) << text;
+    EXPECT_NE(message([&] { load_float_grid(folder_ / "a.vdb", ""); }).find("several"), std::string::npos);
+}
+
+TEST_F(VdbFile, RefusesALevelSetAndNamesTheCommandThatConvertsIt) {
+    const auto grid = ball("sdf");
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    save_grids(folder_ / "a.vdb", {grid});
+    const std::string text = message([&] { load_float_grid(folder_ / "a.vdb", "sdf"); });
+    EXPECT_NE(text.find("level set"), std::string::npos) << text;
+    EXPECT_NE(text.find("fluovox voxelize --from-levelset"), std::string::npos) << text;
+    EXPECT_NO_THROW(load_any_float_grid(folder_ / "a.vdb", "sdf"));
+}
+
+TEST_F(VdbFile, CountsValuesThatAreNoConcentrationsAndSaysWhereTheFirstIs) {
+    const auto grid = ball("EGFP");
+    auto values = grid->getAccessor();
+    values.setValue({40, 1, 2}, std::nanf(""));
+    values.setValue({41, 1, 2}, INFINITY);
+    values.setValue({39, 7, 8}, -1.5F);
+    grid->tree().addTile(1, {128, 0, 0}, -2.0F, true);
+    save_grids(folder_ / "a.vdb", {grid});
+    const std::string text = message([&] { load_float_grid(folder_ / "a.vdb", "EGFP"); });
+    EXPECT_NE(text.find("515 voxels"), std::string::npos) << text;
+    EXPECT_NE(text.find("1 NaN, 1 infinite, 513 negative"), std::string::npos) << text;
+    EXPECT_NE(text.find("voxel [39, 7, 8], position [19.5"), std::string::npos) << text;
+}
+
+TEST_F(VdbFile, RefusesOtherValueTypesByName) {
+    const auto grid = openvdb::DoubleGrid::create(0.0);
+    grid->setName("density");
+    save_grids(folder_ / "a.vdb", {grid, openvdb::Int32Grid::create(0)});
+    EXPECT_NE(message([&] { load_float_grid(folder_ / "a.vdb", "density"); }).find("double"), std::string::npos);
+    EXPECT_EQ(list_grids(folder_ / "a.vdb").at(1).value_type, "int32");
+}
+
+TEST_F(VdbFile, MissingEmptyAndForeignFilesSayWhatIsWrong) {
+    EXPECT_NE(message([&] { list_grids(folder_ / "none.vdb"); }).find("No such file"), std::string::npos);
+    EXPECT_NE(message([&] { list_grids(write("empty.vdb", "")); }).find("is empty"), std::string::npos);
+    EXPECT_NE(message([&] { list_grids(write("text.vdb", "this is some text, no grid")); }).find("not a VDB"),
+              std::string::npos);
+    EXPECT_NE(message([&] { list_grids(folder_); }).find("is not a file"), std::string::npos);
+}
+
+TEST_F(VdbFile, EveryTruncationIsNoticed) {
+    save_grids(folder_ / "a.vdb", {ball("EGFP")});
+    const std::string whole = bytes(folder_ / "a.vdb");
+    for (std::size_t length = 0; length < whole.size(); length += 1 + whole.size() / 97) {
+        const fs::path cut = write("cut.vdb", whole.substr(0, length));
+        EXPECT_THROW(load_float_grid(cut, "EGFP"), InputError) << length;
+    }
+}
+
+TEST_F(VdbFile, DamagedBytesNeverCrashOrHang) {
+    save_grids(folder_ / "a.vdb", {ball("EGFP")});
+    const std::string whole = bytes(folder_ / "a.vdb");
+    int refused = 0;
+    for (std::uint64_t trial = 0; trial < 400; ++trial) {
+        Rng random(7, trial, 0);
+        std::string damaged = whole;
+        // Mostly in the first kilobytes, where the counts and sizes are.
+        const double reach = trial % 2 == 0 ? 1200.0 : static_cast<double>(whole.size());
+        for (int flips = 0; flips < 4; ++flips) {
+            damaged[static_cast<std::size_t>(random.uniform() * reach)] = static_cast<char>(random.uniform() * 256);
+        }
+        const fs::path file = write("damaged.vdb", damaged);
+        refused += message([&] { load_float_grid(file, ""); }).empty() ? 0 : 1;
+    }
+    EXPECT_GT(refused, 50);
+}
+
+TEST_F(VdbFile, AFailedWriteLeavesTheOldFile) {
+    EXPECT_THROW(save_grids(folder_ / "nowhere" / "a.vdb", {ball("EGFP")}), OutputError);
+}
+
+TEST_F(VdbFile, StatisticsCountTilesAndGiveTheAmountOfSubstance) {
+    auto grid = openvdb::FloatGrid::create(0.0F);
+    grid->setName("EGFP");
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
+    grid->sparseFill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(15)), 4.0F, true);
+    save_grids(folder_ / "a.vdb", {grid});
+    const GridInfo info = inspect_grids(folder_ / "a.vdb").at(0);
+    EXPECT_EQ(info.active_voxels, 4096U);
+    EXPECT_DOUBLE_EQ(info.mean, 4);
+    EXPECT_DOUBLE_EQ(info.bbox_um.min.x, -0.25);
+    EXPECT_DOUBLE_EQ(info.bbox_um.max.z, 7.75);
+    // 8^3 um^3 = 5.12e-13 L of 4 umol/L
+    EXPECT_NEAR(info.total_mol, 4e-6 * 5.12e-13, 1e-30);
+}
+
+}  // namespace
+}  // namespace fluovox
