@@ -56,7 +56,9 @@ protected:
         return folder_ / name;
     }
 
-    const fs::path folder_ = fs::path(::testing::TempDir()) / "fluovox_vdb_file";
+    const fs::path folder_ =
+        fs::path(::testing::TempDir()) /
+        (std::string("fluovox_vdb_file_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(VdbFile, GivesBackWhatWasSaved) {
