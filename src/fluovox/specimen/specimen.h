@@ -3,21 +3,17 @@
 #include "fluovox/specimen/surface.h"
 
 #include <cstdint>
-#include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace fluovox {
 
-class Progress;
-
 /// A specimen that fluovox makes by itself, with the scene that shows it.
 struct SpecimenInfo {
-    std::string name;            ///< "neuron"
-    std::string summary;         ///< one line
-    double voxel_size_um = 0;    ///< of its grid unless asked otherwise; 0: it has no grid
-    std::uint64_t seed = 0;      ///< unless asked otherwise; 0: nothing about it is random
+    std::string name;          ///< "neuron"
+    std::string summary;       ///< one line
+    double voxel_size_um = 0;  ///< of its grid unless asked otherwise; 0: it has no grid
+    std::uint64_t seed = 0;    ///< unless asked otherwise; 0: nothing about it is random
 };
 
 /// All of them.
@@ -41,15 +37,5 @@ struct Specimen {
 
 /// `name` is one of `specimens()`; throws UsageError with their names otherwise.
 Specimen make_specimen(const std::string& name, std::uint64_t seed);
-
-struct SpecimenSettings {
-    std::optional<std::uint64_t> seed;     ///< nothing: the specimen's own
-    std::optional<double> voxel_size_um;   ///< nothing: the specimen's own
-};
-
-/// Makes a specimen and writes it into `folder` (made where missing): scene.toml, and where it has them meshes (.obj,
-/// um), morphology (.swc) and the grid of concentrations NAME.vdb. Gives the files in the order of their making.
-std::vector<std::filesystem::path> write_specimen(const std::string& name, const std::filesystem::path& folder,
-                                                  const SpecimenSettings& settings, Progress& progress);
 
 }  // namespace fluovox

@@ -1,0 +1,86 @@
+#include "fluovox/specimen/specimen.h"
+
+#include "fluovox/core/error.h"
+#include "fluovox/core/text.h"
+#include "fluovox/core/version.h"
+#include "fluovox/specimen/pyramidal_neuron.h"
+#include "fluovox/specimen/skin.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace fluovox {
+
+extern const char* const kNeuronScene;
+extern const char* const kBeadsScene;
+extern const char* const kCuvetteGfpScene;
+extern const char* const kCuvetteRfpScene;
+
+namespace {
+
+constexpr double kSkinResolution_um = 0.4;
+
+Specimen make_neuron(std::uint64_t seed) {
+    const Morphology cell = grow_pyramidal_neuron(seed);
+    const std::string origin =
+        fmt::format("Synthetic pyramidal neuron, fluovox {}, seed {}; micrometres.", version(), seed);
+    const Vec3 center{0, 0.5, 0};
+    Specimen neuron;
+    neuron.scene_toml = kNeuronScene;
+    neuron.swc = to_swc(cell, origin + "\nTypes: 1 soma, 2 axon, 3 basal dendrite, 4 apical dendrite, 5 spine.");
+    neuron.bodies.push_back({"neuron.obj", "EGFP", 20, make_skin(body_of(cell), kSkinResolution_um), origin});
+    neuron.bodies.push_back({"nucleus.obj", "mCherry", 20,
+                             stretched(make_ball(center, 5, 4), center, {0.95, 1.1, 0.95}), "Nucleus. " + origin});
+    return neuron;
+}
+
+Specimen make_beads() {
+    constexpr double kRadius_um = 5;
+    constexpr double kSpacing_um = 40;
+    Specimen beads;
+    beads.scene_toml = kBeadsScene;
+    LabelledBody body{"beads.obj", "EGFP", 50, {}, "27 beads of 10 um, 40 um apart; micrometres."};
+    for (const double z : {-kSpacing_um, 0.0, kSpacing_um}) {
+        for (const double y : {-kSpacing_um, 0.0, kSpacing_um}) {
+            for (const double x : {-kSpacing_um, 0.0, kSpacing_um})
+                body.surface.add(make_ball({x, y, z}, kRadius_um, 4));
+        }
+    }
+    beads.bodies.push_back(std::move(body));
+    return beads;
+}
+
+const SpecimenInfo& info_of(const std::string& name) {
+    const auto& all = specimens();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const SpecimenInfo& s) { return s.name == name; });
+    if (found != all.end()) return *found;
+    std::vector<std::string> names;
+    for (const SpecimenInfo& specimen : all)
+        names.push_back(specimen.name);
+    throw UsageError(
+        fmt::format("no specimen \"{}\"{}\nThere are: {}", name, did_you_mean(name, names), fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+const std::vector<SpecimenInfo>& specimens() {
+    static const std::vector<SpecimenInfo> all = {
+        {"neuron", "pyramidal neuron grown from a seed: EGFP in the cell, mCherry in its nucleus, in cortex", 0.7, 8},
+        {"beads", "27 beads of 10 um with a known amount of EGFP", 0.5, 0},
+        {"cuvette-gfp", "cuvette of GFP in a highly scattering solution, excited at 460 nm", 0, 0},
+        {"cuvette-rfp", "cuvette of RFP in a highly scattering solution, excited at 520 nm", 0, 0},
+    };
+    return all;
+}
+
+Specimen make_specimen(const std::string& name, std::uint64_t seed) {
+    info_of(name);
+    if (name == "neuron") return make_neuron(seed);
+    if (name == "beads") return make_beads();
+    Specimen cuvette;
+    cuvette.scene_toml = name == "cuvette-gfp" ? kCuvetteGfpScene : kCuvetteRfpScene;
+    return cuvette;
+}
+
+}  // namespace fluovox
