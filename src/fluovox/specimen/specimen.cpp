@@ -1,5 +1,6 @@
 #include "fluovox/specimen/specimen.h"
 
+#include "fluovox/core/embedded_text.h"
 #include "fluovox/core/error.h"
 #include "fluovox/core/text.h"
 #include "fluovox/core/version.h"
@@ -12,11 +13,6 @@
 
 namespace fluovox {
 
-extern const char* const kNeuronScene;
-extern const char* const kBeadsScene;
-extern const char* const kCuvetteGfpScene;
-extern const char* const kCuvetteRfpScene;
-
 namespace {
 
 constexpr double kSkinResolution_um = 0.4;
@@ -27,7 +23,6 @@ Specimen make_neuron(std::uint64_t seed) {
         fmt::format("Synthetic pyramidal neuron, fluovox {}, seed {}; micrometres.", version(), seed);
     const Vec3 center{0, 0.5, 0};
     Specimen neuron;
-    neuron.scene_toml = kNeuronScene;
     neuron.swc = to_swc(cell, origin + "\nTypes: 1 soma, 2 axon, 3 basal dendrite, 4 apical dendrite, 5 spine.");
     neuron.bodies.push_back({"neuron.obj", "EGFP", 20, make_skin(body_of(cell), kSkinResolution_um), origin});
     neuron.bodies.push_back({"nucleus.obj", "mCherry", 20,
@@ -39,7 +34,6 @@ Specimen make_beads() {
     constexpr double kRadius_um = 5;
     constexpr double kSpacing_um = 40;
     Specimen beads;
-    beads.scene_toml = kBeadsScene;
     LabelledBody body{"beads.obj", "EGFP", 50, {}, "27 beads of 10 um, 40 um apart; micrometres."};
     for (const double z : {-kSpacing_um, 0.0, kSpacing_um}) {
         for (const double y : {-kSpacing_um, 0.0, kSpacing_um}) {
@@ -76,11 +70,9 @@ const std::vector<SpecimenInfo>& specimens() {
 
 Specimen make_specimen(const std::string& name, std::uint64_t seed) {
     info_of(name);
-    if (name == "neuron") return make_neuron(seed);
-    if (name == "beads") return make_beads();
-    Specimen cuvette;
-    cuvette.scene_toml = name == "cuvette-gfp" ? kCuvetteGfpScene : kCuvetteRfpScene;
-    return cuvette;
+    Specimen specimen = name == "neuron" ? make_neuron(seed) : name == "beads" ? make_beads() : Specimen{};
+    specimen.scene_toml = embedded_text("../../volumes/" + name + "/scene.toml");  // named from src/fluovox
+    return specimen;
 }
 
 }  // namespace fluovox
