@@ -49,7 +49,7 @@ DimensionInfo info(Dimension dimension) {
             return {"power", "mW", kPowers};
         case Dimension::Concentration:
             return {"concentration", "uM", kConcentrations};
-        case Dimension::Coefficient:
+        case Dimension::PerLength:
             return {"coefficient", "/mm", kCoefficients};
         case Dimension::Extinction:
             return {"extinction", "/M/cm", kExtinctions};
@@ -71,7 +71,7 @@ std::string_view trimmed(std::string_view text) {
 
 // What dimension a unit belongs to, for "that is a power".
 std::string_view dimension_of_unit(std::string_view unit) {
-    for (const auto other : {Dimension::Length, Dimension::Power, Dimension::Concentration, Dimension::Coefficient,
+    for (const auto other : {Dimension::Length, Dimension::Power, Dimension::Concentration, Dimension::PerLength,
                              Dimension::Extinction, Dimension::Radiance, Dimension::Angle, Dimension::Time}) {
         for (const Unit& candidate : info(other).units) {
             if (candidate.name == unit) return info(other).name;

@@ -11,7 +11,7 @@ enum class Dimension {
     Wavelength,     ///< nm:         as Length
     Power,          ///< W:          nW uW mW W
     Concentration,  ///< umol/L:     pM nM uM mM M, mol/L and its parts
-    Coefficient,    ///< 1/um:       /m /cm /mm /um
+    PerLength,      ///< 1/um:       /m /cm /mm /um
     Extinction,     ///< 1/(M cm):   /M/cm
     Radiance,       ///< W/m2/sr:    W/m2/sr
     Angle,          ///< rad:        deg rad

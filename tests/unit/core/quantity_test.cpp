@@ -26,7 +26,7 @@ TEST(Quantity, ReadsEveryUnitIntoTheDimensionsOwn) {
     EXPECT_DOUBLE_EQ(parse_quantity("1 mW", Dimension::Power), 1e-3);
     EXPECT_DOUBLE_EQ(parse_quantity("5 nM", Dimension::Concentration), 5e-3);
     EXPECT_DOUBLE_EQ(parse_quantity("1e-6 mol/L", Dimension::Concentration), 1);
-    EXPECT_DOUBLE_EQ(parse_quantity("24.2 /cm", Dimension::Coefficient), 24.2e-4);
+    EXPECT_DOUBLE_EQ(parse_quantity("24.2 /cm", Dimension::PerLength), 24.2e-4);
     EXPECT_DOUBLE_EQ(parse_quantity("55900 /M/cm", Dimension::Extinction), 55900);
     EXPECT_DOUBLE_EQ(parse_quantity("180 deg", Dimension::Angle), std::numbers::pi);
     EXPECT_DOUBLE_EQ(parse_quantity("0.25 \u00b5m", Dimension::Length), 0.25);
