@@ -25,9 +25,9 @@ protected:
     }
 
     // One folder a test: ctest runs them at the same time.
-    const fs::path folder_ = fs::path(::testing::TempDir()) /
-                             (std::string("fluovox_atomic_file_") +
-                              ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    const fs::path folder_ =
+        fs::path(::testing::TempDir()) /
+        (std::string("fluovox_atomic_file_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(AtomicFile, ReplacesWhatWasThere) {

@@ -1,0 +1,25 @@
+# The layering check must find a violation in a made-up tree, name file and line, and accept the tree without it.
+cmake_minimum_required(VERSION 3.25)
+file(REMOVE_RECURSE ${WORK_DIR})
+file(WRITE ${WORK_DIR}/src/fluovox/core/CMakeLists.txt "    open.h\n    hidden.cpp\n")
+file(WRITE ${WORK_DIR}/src/fluovox/core/open.h "#pragma once\n\n#include <vector>\n")
+file(WRITE ${WORK_DIR}/src/fluovox/core/inner.h "#include <toml++/toml.h>\n")
+file(WRITE ${WORK_DIR}/src/fluovox/medium/dye.h "#include \"fluovox/core/open.h\"\n")
+
+function(check expected_result expected_message)
+  execute_process(COMMAND ${CMAKE_COMMAND} -DSOURCE_DIR=${WORK_DIR} -P ${SCRIPT}
+    RESULT_VARIABLE result ERROR_VARIABLE message OUTPUT_QUIET)
+  if(NOT result EQUAL expected_result OR NOT message MATCHES "${expected_message}")
+    message(FATAL_ERROR "expected ${expected_result} and \"${expected_message}\", got ${result} and:\n${message}")
+  endif()
+endfunction()
+
+check(0 "^$")
+file(WRITE ${WORK_DIR}/src/fluovox/core/low.cpp "\n\n#include \"fluovox/medium/dye.h\"\n")
+check(1 "src/fluovox/core/low.cpp:3: core must not include medium")
+file(REMOVE ${WORK_DIR}/src/fluovox/core/low.cpp)
+file(WRITE ${WORK_DIR}/src/fluovox/core/open.h "#pragma once\n#include <toml++/toml.h>\n")
+check(1 "src/fluovox/core/open.h:2: a public header must not show that library")
+file(WRITE ${WORK_DIR}/src/fluovox/core/open.h "#pragma once\n")
+file(WRITE ${WORK_DIR}/src/fluovox/novelty/new.h "#pragma once\n")
+check(1 "novelty: a module without a place")

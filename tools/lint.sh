@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Runs clang-tidy (see .clang-tidy) over the sources that differ from a git revision, or over those named.
+#   ./tools/lint.sh               what differs from main, committed or not
+#   ./tools/lint.sh --since REV   what differs from REV
+#   ./tools/lint.sh --all         every source (many minutes)
+#   ./tools/lint.sh FILE...       these
+set -euo pipefail
+cd "$(dirname "$0")/.."
+command -v clang-tidy >/dev/null || { echo "lint: clang-tidy is not installed" >&2; exit 1; }
+[[ -f build/release/compile_commands.json ]] || cmake --preset release >&2
+
+since=main
+case "${1:-}" in
+    --all) mapfile -t files < <(git ls-files 'src/*.cpp' 'tools/*.cpp' 'tests/*.cpp') ;;
+    -*|"")
+        [[ "${1:-}" == --since ]] && since=${2:?--since needs a revision}
+        mapfile -t files < <({ git diff --name-only --diff-filter=d "$(git merge-base "$since" HEAD)"
+                               git ls-files --others --exclude-standard; } | grep -E '^(src|tools|tests)/.*\.cpp$' | sort -u) ;;
+    *) files=("$@") ;;
+esac
+# Only what this build compiles has flags to be read with.
+known=()
+for file in "${files[@]}"; do
+    if grep -qF "\"$PWD/$file\"" build/release/compile_commands.json; then known+=("$file"); else echo "not built here: $file" >&2; fi
+done
+((${#known[@]})) || { echo "lint: nothing to look at" >&2; exit 0; }
+# g++'s own warning options mean nothing to clang.
+printf '%s\0' "${known[@]}" |
+    xargs -0 -n 1 -P "$(nproc)" clang-tidy -p build/release --quiet --extra-arg=-Wno-unknown-warning-option
