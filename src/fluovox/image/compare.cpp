@@ -1,0 +1,283 @@
+#include "fluovox/image/compare.h"
+
+#include "fluovox/core/error.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace fluovox {
+namespace {
+
+constexpr double kRounding = 2e-6;  // of the mean: what two roundings to float and another order of sums may do
+constexpr int kTile = 8;
+constexpr int kReach = 3;     // of the pixels around: 7 x 7
+constexpr double kSizes = 3;  // of region: pixel, tile, image
+
+/// Sums over the pixels of a region of what z is made of. For one pixel, its own values.
+struct Evidence {
+    double mean_a = 0, mean_b = 0;
+    double variance_a = 0, variance_b = 0;  // times nu / (nu + 1)
+    double squares = 0;                     // d^2 / (nu + 1)
+
+    void operator+=(const Evidence& other) {
+        mean_a += other.mean_a;
+        mean_b += other.mean_b;
+        variance_a += other.variance_a;
+        variance_b += other.variance_b;
+        squares += other.squares;
+    }
+};
+
+/// Shot noise: of a render that caught less of the same light the variance is too small in the same proportion.
+double brightness_factor(double mean, double other) {
+    return std::abs(mean) > 0 ? std::max(1.0, std::abs(other / mean)) : 1.0;
+}
+
+double signed_z(const Evidence& e) {
+    const double difference = e.mean_b - e.mean_a;
+    const double size = std::abs(difference) - kRounding * std::max(std::abs(e.mean_a), std::abs(e.mean_b));
+    if (size <= 0) return 0;
+    const double expected_square = e.variance_a * brightness_factor(e.mean_a, e.mean_b) +
+                                   e.variance_b * brightness_factor(e.mean_b, e.mean_a) + e.squares;
+    return std::copysign(size / std::sqrt(expected_square), difference);
+}
+
+/// Chance of a |z| this large or larger, at most.
+double p_of(double z) {
+    return std::min(1.0, 2 * std::exp(-z * z / 2));
+}
+
+/// One layer and channel of both images.
+struct PlanePair {
+    const RenderedImage& a;
+    const RenderedImage& b;
+    int layer_a = 0, layer_b = 0, channel = 0;
+};
+
+/// Variance per brightness of the pixels around each pixel of one image.
+std::vector<double> variance_per_brightness(const RenderedImage& image, int layer, int channel) {
+    const int width = image.width;
+    const int height = image.height;
+    const auto index = [width](int x, int y) { return static_cast<std::size_t>(y * width + x); };
+    struct Sum {
+        double variance = 0, brightness = 0;
+    };
+    std::vector<Sum> rows(image.pixels());
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            Sum& sum = rows[index(x, y)];
+            for (int k = std::max(0, x - kReach); k <= std::min(width - 1, x + kReach); ++k) {
+                sum.variance += image.variance(layer, index(k, y), channel);
+                sum.brightness += std::abs(image.mean(layer, index(k, y), channel));
+            }
+        }
+    }
+    std::vector<double> ratio(image.pixels());
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            Sum sum;
+            for (int k = std::max(0, y - kReach); k <= std::min(height - 1, y + kReach); ++k) {
+                sum.variance += rows[index(x, k)].variance;
+                sum.brightness += rows[index(x, k)].brightness;
+            }
+            ratio[index(x, y)] = sum.brightness > 0 ? sum.variance / sum.brightness : 0;
+        }
+    }
+    return ratio;
+}
+
+double degrees_of_freedom(double variance_a, double variance_b, double count_a, double count_b) {
+    const auto share = [](double variance, double count) {
+        return count > 1 ? variance * variance / (count - 1) : 0.0;
+    };
+    const double below = share(variance_a, count_a) + share(variance_b, count_b);
+    if (below > 0) return (variance_a + variance_b) * (variance_a + variance_b) / below;
+    return std::max(0.0, count_a + count_b - 2);
+}
+
+Evidence evidence_of(const PlanePair& pair, std::size_t pixel) {
+    Evidence e;
+    e.mean_a = pair.a.mean(pair.layer_a, pixel, pair.channel);
+    e.mean_b = pair.b.mean(pair.layer_b, pixel, pair.channel);
+    double variance_a = pair.a.variance(pair.layer_a, pixel, pair.channel);
+    double variance_b = pair.b.variance(pair.layer_b, pixel, pair.channel);
+    const auto count_a = static_cast<double>(pair.a.counts[pixel]);
+    const auto count_b = static_cast<double>(pair.b.counts[pixel]);
+    double nu = degrees_of_freedom(variance_a, variance_b, count_a, count_b);
+    if (count_a != count_b && count_a > 0 && count_b > 0 && count_a + count_b > 2 &&
+        pair.a.provenance.estimator == pair.b.provenance.estimator) {
+        const double squares = variance_a * count_a * (count_a - 1) + variance_b * count_b * (count_b - 1);
+        const double pooled = squares / (count_a + count_b - 2);
+        variance_a = std::max(variance_a, pooled / count_a);
+        variance_b = std::max(variance_b, pooled / count_b);
+        nu = std::max(nu, degrees_of_freedom(variance_a, variance_b, count_a, count_b));
+    }
+    e.variance_a = variance_a * nu / (nu + 1);
+    e.variance_b = variance_b * nu / (nu + 1);
+    e.squares = (e.mean_b - e.mean_a) * (e.mean_b - e.mean_a) / (nu + 1);
+    return e;
+}
+
+/// The smallest p-value among all tests, and where it was.
+struct Strongest {
+    double p = 1;
+    std::string where = "nowhere";
+
+    template <typename Where>
+    void offer(double p_value, const Where& place) {
+        if (p_value >= p) return;
+        p = p_value;
+        where = place();
+    }
+};
+
+class Comparing {
+public:
+    Comparing(const RenderedImage& a, const RenderedImage& b, double significance) : a_(a), b_(b) {
+        for (const std::string& layer : a.layers) {
+            if (b.layer(layer) >= 0) layers_.push_back(layer);
+        }
+        // All light is the sum of the layers, and a bright laser line would hide the dye in it.
+        const bool parted = a.layer(kFluorescenceLayer) >= 0 && b.layer(kFluorescenceLayer) >= 0;
+        if (parted) layers_.erase(std::find(layers_.begin(), layers_.end(), kTotalLayer));
+        planes_ = static_cast<double>(layers_.size()) * a.channels();
+        tiles_x_ = (a.width + kTile - 1) / kTile;
+        tiles_y_ = (a.height + kTile - 1) / kTile;
+        result_.pixels = a.pixels();
+        result_.strongest.assign(a.pixels(), 0.0F);
+        result_.z_limit =
+            std::sqrt(2 * std::log(2 * kSizes * planes_ * static_cast<double>(a.pixels()) / significance));
+    }
+
+    Comparison run(double significance) {
+        for (const std::string& layer : layers_) {
+            for (int channel = 0; channel < a_.channels(); ++channel)
+                test_plane(layer, channel);
+        }
+        result_.p_value = best_.p;
+        result_.where = best_.where;
+        result_.same = best_.p >= significance;
+        const auto beyond = [this](float z) { return std::abs(static_cast<double>(z)) > result_.z_limit; };
+        result_.differing =
+            static_cast<std::size_t>(std::count_if(result_.strongest.begin(), result_.strongest.end(), beyond));
+        result_.mean_a = mean_of_all_light(a_);
+        result_.mean_b = mean_of_all_light(b_);
+        return std::move(result_);
+    }
+
+private:
+    void test_plane(const std::string& layer, int channel) {
+        const PlanePair pair{a_, b_, a_.layer(layer), b_.layer(layer), channel};
+        const std::string& channel_name = a_.film.channels[static_cast<std::size_t>(channel)].name;
+        const auto named = [&](const std::string& region) { return region + ", " + layer + " " + channel_name; };
+        const std::vector<double> around_a = variance_per_brightness(a_, pair.layer_a, channel);
+        const std::vector<double> around_b = variance_per_brightness(b_, pair.layer_b, channel);
+        Evidence whole;
+        std::vector<Evidence> tiles(static_cast<std::size_t>(tiles_x_ * tiles_y_));
+        for (std::size_t pixel = 0; pixel < a_.pixels(); ++pixel) {
+            const auto x = static_cast<int>(pixel) % a_.width;
+            const auto y = static_cast<int>(pixel) / a_.width;
+            Evidence e = evidence_of(pair, pixel);
+            whole += e;
+            tiles[static_cast<std::size_t>((y / kTile) * tiles_x_ + x / kTile)] += e;
+
+            const double brightness = std::max(std::abs(e.mean_a), std::abs(e.mean_b));
+            e.variance_a = std::max(e.variance_a, around_a[pixel] * brightness);
+            e.variance_b = std::max(e.variance_b, around_b[pixel] * brightness);
+            const double z = signed_z(e);
+            float& strongest = result_.strongest[pixel];
+            if (std::abs(z) > std::abs(static_cast<double>(strongest))) strongest = static_cast<float>(z);
+            best_.offer(family_p(z, static_cast<double>(a_.pixels())),
+                        [&] { return named(fmt::format("pixel ({}, {})", x, y)); });
+        }
+        for (std::size_t i = 0; i < tiles.size(); ++i) {
+            const int x = static_cast<int>(i) % tiles_x_ * kTile;
+            const int y = static_cast<int>(i) / tiles_x_ * kTile;
+            best_.offer(family_p(signed_z(tiles[i]), static_cast<double>(tiles.size())), [&] {
+                return named(fmt::format("mean of the {0} x {0} pixels from ({1}, {2})", kTile, x, y));
+            });
+        }
+        best_.offer(family_p(signed_z(whole), 1), [&] { return named("mean of the image"); });
+    }
+
+    double family_p(double z, double regions) const { return std::min(1.0, p_of(z) * kSizes * planes_ * regions); }
+
+    static double mean_of_all_light(const RenderedImage& image) {
+        double sum = 0;
+        for (int channel = 0; channel < image.channels(); ++channel) {
+            for (const float value : image.mean_plane(0, channel))
+                sum += static_cast<double>(value);
+        }
+        return sum / static_cast<double>(image.pixels()) / image.channels();
+    }
+
+    const RenderedImage& a_;
+    const RenderedImage& b_;
+    std::vector<std::string> layers_;
+    double planes_ = 1;
+    int tiles_x_ = 1;
+    int tiles_y_ = 1;
+    Comparison result_;
+    Strongest best_;
+};
+
+void require_comparable(const RenderedImage& a, const RenderedImage& b) {
+    if (a.width != b.width || a.height != b.height) {
+        throw InputError(
+            fmt::format("the images differ in size: {} x {} and {} x {} pixels", a.width, a.height, b.width, b.height));
+    }
+    if (a.film.unit != b.film.unit) throw InputError("one image is in watts and the other in photons");
+    if (a.channels() != b.channels()) {
+        throw InputError(fmt::format("the images have {} and {} channels", a.channels(), b.channels()));
+    }
+    for (std::size_t i = 0; i < a.film.channels.size(); ++i) {
+        const std::string& name_a = a.film.channels[i].name;
+        const std::string& name_b = b.film.channels[i].name;
+        if (name_a != name_b) {
+            throw InputError(fmt::format("the images have different channels: \"{}\" and \"{}\"", name_a, name_b));
+        }
+    }
+}
+
+std::uint8_t to_byte(double value) {
+    return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
+}
+
+}  // namespace
+
+Comparison compare(const RenderedImage& a, const RenderedImage& b, double significance) {
+    require_comparable(a, b);
+    return Comparing(a, b, significance).run(significance);
+}
+
+Picture difference_picture(const Comparison& comparison, int width, int height) {
+    Picture picture(width, height);
+    for (std::size_t i = 0; i < comparison.strongest.size(); ++i) {
+        const double share = std::clamp(static_cast<double>(comparison.strongest[i]) / comparison.z_limit, -1.0, 1.0);
+        const double fade = 1 - std::abs(share);
+        std::uint8_t* const rgb = &picture.rgb[3 * i];
+        rgb[0] = to_byte(share > 0 ? 1 - 0.30 * share : fade);
+        rgb[1] = to_byte(share > 0 ? fade : 1 + 0.65 * share);
+        rgb[2] = to_byte(share > 0 ? fade : 1 + 0.25 * share);
+    }
+    return picture;
+}
+
+Picture p_value_picture(const Comparison& comparison, int width, int height) {
+    Picture picture(width, height);
+    for (std::size_t i = 0; i < comparison.strongest.size(); ++i) {
+        const double z = std::abs(static_cast<double>(comparison.strongest[i])) / comparison.z_limit;
+        const bool beyond = z > 1;
+        const std::uint8_t grey = to_byte(1 - z * z);  // the logarithm of p goes with the square of z
+        std::uint8_t* const rgb = &picture.rgb[3 * i];
+        rgb[0] = beyond ? std::uint8_t{230} : grey;
+        rgb[1] = beyond ? std::uint8_t{30} : grey;
+        rgb[2] = beyond ? std::uint8_t{30} : grey;
+    }
+    return picture;
+}
+
+}  // namespace fluovox
