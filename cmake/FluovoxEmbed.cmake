@@ -1,12 +1,13 @@
 # Text files compiled into the library: fluovox_embed(FILE...) in a module's folder notes them, and
 # fluovox_write_embedded(TARGET) makes the one source that core/embedded_text.h promises. A file's name in the
-# program is its path below src/fluovox. Run as a script (cmake -P) this same file writes that source.
+# program is its path below src/fluovox (of others: below the project). Run as a script (cmake -P) this same file writes that source.
 if(CMAKE_SCRIPT_MODE_FILE)
   string(REPLACE "|" ";" files "${FILES}")
   set(entries "")
   foreach(file IN LISTS files)
     file(READ "${ROOT}/${file}" text)
-    string(APPEND entries "    Entry{\"${file}\", R\"embedded(${text})embedded\"},\n")
+    string(REGEX REPLACE "^src/fluovox/" "" name "${file}")
+    string(APPEND entries "    Entry{\"${name}\", R\"embedded(${text})embedded\"},\n")
   endforeach()
   file(WRITE "${OUTPUT}" "// Written by cmake/FluovoxEmbed.cmake.
 #include \"fluovox/core/embedded_text.h\"
@@ -42,14 +43,14 @@ endif()
 function(fluovox_embed)
   foreach(file IN LISTS ARGN)
     cmake_path(ABSOLUTE_PATH file BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
-    cmake_path(RELATIVE_PATH file BASE_DIRECTORY ${PROJECT_SOURCE_DIR}/src/fluovox)
+    cmake_path(RELATIVE_PATH file BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
     set_property(GLOBAL APPEND PROPERTY FLUOVOX_EMBEDDED ${file})
   endforeach()
 endfunction()
 
 function(fluovox_write_embedded target)
   get_property(files GLOBAL PROPERTY FLUOVOX_EMBEDDED)
-  set(root ${PROJECT_SOURCE_DIR}/src/fluovox)
+  set(root ${PROJECT_SOURCE_DIR})
   set(script ${PROJECT_SOURCE_DIR}/cmake/FluovoxEmbed.cmake)
   set(output ${CMAKE_CURRENT_BINARY_DIR}/embedded_text.cpp)
   list(TRANSFORM files PREPEND ${root}/ OUTPUT_VARIABLE inputs)

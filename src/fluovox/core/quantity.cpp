@@ -80,6 +80,11 @@ std::string_view dimension_of_unit(std::string_view unit) {
     return {};
 }
 
+std::string with_article(std::string_view noun) {
+    const bool vowel = std::string_view("aeiou").find(noun.front()) != std::string_view::npos;
+    return (vowel ? "an " : "a ") + std::string(noun);
+}
+
 std::string unit_list(const DimensionInfo& about) {
     std::string names;
     for (const Unit& unit : about.units) {
@@ -98,8 +103,8 @@ double parse_quantity(std::string_view text, Dimension dimension) {
     double number = 0;
     const auto [end, failure] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
     if (failure != std::errc{} || !std::isfinite(number)) {
-        throw std::invalid_argument(
-            fmt::format("\"{}\" is not a {}, for example \"{}\"", text, about.name, example_quantity(dimension, 5)));
+        throw std::invalid_argument(fmt::format("\"{}\" is not {}, for example \"{}\"", text, with_article(about.name),
+                                                example_quantity(dimension, 5)));
     }
     const std::string_view unit = trimmed({end, static_cast<std::size_t>(digits.data() + digits.size() - end)});
     if (unit.empty()) {
@@ -110,8 +115,9 @@ double parse_quantity(std::string_view text, Dimension dimension) {
         if (known.name == unit) return number * known.size;
     }
     const std::string_view other = dimension_of_unit(unit);
-    const std::string what = other.empty() ? fmt::format("\"{}\" is not a unit of {}", unit, about.name)
-                                           : fmt::format("\"{}\" is a {}, not a {}", body, other, about.name);
+    const std::string what =
+        other.empty() ? fmt::format("\"{}\" is not a unit of {}", unit, about.name)
+                      : fmt::format("\"{}\" is {}, not {}", body, with_article(other), with_article(about.name));
     throw std::invalid_argument(what + " (its units: " + unit_list(about) + ")");
 }
 

@@ -89,15 +89,18 @@ std::vector<std::string> closest_names(std::string_view name, const std::vector<
     return names;
 }
 
-std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates) {
-    const std::vector<std::string> names = closest_names(name, candidates);
-    if (names.empty()) return {};
-    std::string text = "; did you mean ";
+std::string quoted_alternatives(const std::vector<std::string>& names) {
+    std::string text;
     for (std::size_t i = 0; i < names.size(); ++i) {
         if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
         text += '"' + names[i] + '"';
     }
-    return text + '?';
+    return text;
+}
+
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates) {
+    const std::vector<std::string> names = closest_names(name, candidates);
+    return names.empty() ? std::string() : "; did you mean " + quoted_alternatives(names) + '?';
 }
 
 }  // namespace fluovox

@@ -23,6 +23,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 std::vector<std::string> closest_names(std::string_view name, const std::vector<std::string>& candidates,
                                        std::size_t count = 3);
 
+/// `"a", "b" or "c"`; empty for no names.
+std::string quoted_alternatives(const std::vector<std::string>& names);
+
 /// `; did you mean "waist", "width" or "weight"?` from `closest_names`, to append to a message; empty when nothing is
 /// close.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);

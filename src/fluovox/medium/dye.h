@@ -15,8 +15,10 @@ struct Dye {
     Spectrum molar_absorption_per_M_cm;  ///< decadic, epsilon(lambda)
     Spectrum emission_per_nm;            ///< photons; integrates to one
     double quantum_yield = 0;            ///< photons out per photon in, 0 to 1
+    std::string kind;                    ///< "fluorescent protein", "organic dye" ...; may be empty
     std::string source;                  ///< where the numbers come from
     std::string licence;                 ///< terms of the data
+    std::string note;                    ///< what to know before trusting the numbers; may be empty
 };
 
 /// Absorption coefficient (natural, per micrometre) of `dye` at a concentration of 1 umol/L.
