@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/core/bounds.h"
 #include "fluovox/core/interval.h"
 #include "fluovox/core/vec.h"
 
@@ -33,5 +34,8 @@ using Region = std::variant<Everywhere, BoxRegion, SphereRegion, CylinderRegion,
 Interval intersect(const Region& region, const Ray& ray);
 
 bool contains(const Region& region, Vec3 position_um);
+
+/// The smallest axis-aligned box around `region`, infinite where the region is.
+Bounds bounds_of(const Region& region);
 
 }  // namespace fluovox

@@ -1,0 +1,189 @@
+#include "fluovox/scene/scene.h"
+
+#include "fluovox/core/quantity.h"
+#include "fluovox/volume/grid_info.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+constexpr double kAbsurd_uM = 1e5;  // 0.1 mol/L: no fluorescent dye dissolves like that
+
+int index_of_dye(Scene& scene, const Dye& dye) {
+    for (std::size_t i = 0; i < scene.dyes.size(); ++i) {
+        if (scene.dyes[i].name == dye.name) return static_cast<int>(i);
+    }
+    scene.dyes.push_back(dye);
+    return static_cast<int>(scene.dyes.size()) - 1;
+}
+
+// The grid's name in its file: as given, or the one named after the dye; or nothing, for the only one.
+std::string grid_name(const MediumDescription& medium) {
+    if (!medium.grid->name.empty() || !medium.dye || list_grids(medium.grid->file).size() == 1)
+        return medium.grid->name;
+    return medium.dye->name;
+}
+
+// Own units in one unit of the file: as its metadata say, or as ours.
+double unit_size(const std::string& unit, Dimension dimension, const std::string& place) {
+    if (unit.empty()) return 1;
+    try {
+        return parse_quantity("1 " + unit, dimension);
+    } catch (const std::invalid_argument&) {
+        throw InputError(
+            fmt::format("{}: its metadata give the unit \"{}\", which is not a {}; say the right one in the scene",
+                        place, unit, dimension_name(dimension)));
+    }
+}
+
+/// Opens each grid once, however many media use it in the same way.
+class GridLoader {
+public:
+    std::shared_ptr<const SparseGrid> load(const MediumDescription& medium) {
+        const GridReference& reference = *medium.grid;
+        const std::string name = grid_name(medium);
+        const bool is_dye = medium.dye.has_value();
+        auto& grid = grids_[{reference.file.string(), name, is_dye, reference.scale, reference.uM_per_value,
+                             reference.um_per_length}];
+        if (grid) return grid;
+        const auto units = [&](const GridMetadata& metadata) {
+            const std::string place = reference.file.string() + ": grid \"" + name + '"';
+            GridScale scale{reference.scale, 1};
+            if (is_dye) {
+                scale.value *= reference.uM_per_value ? *reference.uM_per_value
+                                                      : unit_size(metadata.value_unit, Dimension::Concentration, place);
+            }
+            scale.length = reference.um_per_length ? *reference.um_per_length
+                                                   : unit_size(metadata.length_unit, Dimension::Length, place);
+            return scale;
+        };
+        grid = std::make_shared<const SparseGrid>(SparseGrid::load(reference.file, name, units));
+        return grid;
+    }
+
+private:
+    using Key = std::tuple<std::string, std::string, bool, double, std::optional<double>, std::optional<double>>;
+    std::map<Key, std::shared_ptr<const SparseGrid>> grids_;
+};
+
+double volume(const Bounds& bounds) {
+    const Vec3 size = bounds.size();
+    return size.x * size.y * size.z;
+}
+
+// Regions that replace this one where they lie: those marked exclusive that are inside it, being smaller.
+std::vector<int> replaced_by(const std::vector<MediumDescription>& media, std::size_t outer) {
+    std::vector<int> inner;
+    for (std::size_t i = 0; i < media.size(); ++i) {
+        if (i == outer || !media[i].exclusive || media[i].grid) continue;
+        if (volume(bounds_of(media[i].region)) < volume(bounds_of(media[outer].region)))
+            inner.push_back(static_cast<int>(i));
+    }
+    return inner;
+}
+
+void require_available(const SceneDescription& description) {
+    for (const MediumDescription& medium : description.media) {
+        if (medium.refractive_index) {
+            throw SceneError(medium.where, "refracting surfaces are not available yet: leave refractive_index out");
+        }
+    }
+    if (description.stack) throw SceneError(description.stack->where, "[stack] is not available yet");
+    const std::string& estimator = description.render.estimator;
+    if (estimator != "auto" && estimator != "path") {
+        throw SceneError(description.render.where,
+                         fmt::format("estimator \"{}\" is not available yet; \"path\" is", estimator));
+    }
+}
+
+void add_medium(Scene& scene, const MediumDescription& description, GridLoader& loader) {
+    SceneMedium medium;
+    medium.name = description.name;
+    medium.region = description.region;
+    medium.scattering = description.scattering;
+    medium.absorption = description.absorption;
+    medium.anisotropy = description.anisotropy;
+    if (description.grid) medium.grid = loader.load(description);
+    if (description.dye) {
+        medium.dye = index_of_dye(scene, *description.dye);
+        if (!description.grid) medium.amount = description.concentration_uM;
+        const double most = description.grid ? medium.grid->max() : medium.amount;
+        if (most > kAbsurd_uM) {
+            scene.warnings.push_back(
+                fmt::format("{} reaches {:.3g} mol/L, more than any dye dissolves; did you mean {:.3g} uM?",
+                            medium.name, most * 1e-6, most * 1e-6));
+        }
+    }
+    scene.media.push_back(std::move(medium));
+}
+
+void add_light(Scene& scene, const LightDescription& description) {
+    const Light& light = description.light;
+    const auto* sheet = std::get_if<SheetLight>(&light.shape);
+    if (sheet == nullptr || !sheet->two_sided) {
+        scene.lights.push_back(light);
+        return;
+    }
+    Light half = light;
+    half.power_W = 0.5 * light.power_W;
+    scene.lights.push_back(half);
+    SheetLight mirrored = *sheet;
+    mirrored.direction = -sheet->direction;
+    mirrored.position = 2 * sheet->waist - sheet->position;
+    half.shape = mirrored;
+    scene.lights.push_back(half);
+}
+
+// Share of the dye's peak absorption that the light reaches where it is strongest.
+double best_absorption(const Dye& dye, const std::vector<Light>& lights) {
+    const Spectrum& absorption = dye.molar_absorption_per_M_cm;
+    double best = 0;
+    for (const Light& light : lights) {
+        for (const auto& line : light.spectrum.lines)
+            best = std::max(best, absorption(line.wavelength_nm));
+        const Spectrum& continuous = light.spectrum.energy_per_nm;
+        const double shared = integral_of_product(continuous, absorption);
+        if (continuous.integral() > 0) best = std::max(best, shared / continuous.integral());
+    }
+    return absorption.max() > 0 ? best / absorption.max() : 0;
+}
+
+void warn_of_weak_excitation(Scene& scene) {
+    constexpr double kWeak = 0.02;
+    if (scene.lights.empty()) return;
+    for (const Dye& dye : scene.dyes) {
+        const double share = best_absorption(dye, scene.lights);
+        if (share >= kWeak) continue;
+        scene.warnings.push_back(
+            fmt::format("{} absorbs the light at {:.2g} % of its peak ({:.0f} nm); expect almost no signal", dye.name,
+                        100 * share, dye.molar_absorption_per_M_cm.peak_nm()));
+    }
+}
+
+}  // namespace
+
+Scene build_scene(SceneDescription description) {
+    require_available(description);
+    Scene scene;
+    scene.description = std::move(description);
+    GridLoader loader;
+    for (const MediumDescription& medium : scene.description.media)
+        add_medium(scene, medium, loader);
+    for (std::size_t i = 0; i < scene.media.size(); ++i) {
+        if (!scene.media[i].grid) scene.media[i].cut_by = replaced_by(scene.description.media, i);
+    }
+    for (const LightDescription& light : scene.description.lights)
+        add_light(scene, light);
+    warn_of_weak_excitation(scene);
+    return scene;
+}
+
+}  // namespace fluovox

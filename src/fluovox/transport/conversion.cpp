@@ -1,0 +1,200 @@
+// Conversion of excitation into emission, as the backward estimator meets it: at a point of a ray where dye glows, the
+// path goes on at a wavelength that excites the dye.
+
+#include "fluovox/medium/phase_function.h"
+#include "fluovox/transport/path_tracer.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace fluovox {
+namespace {
+
+constexpr double kSphere_sr = 4 * std::numbers::pi;
+
+}  // namespace
+
+void PathTracer::convert(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result) {
+    if (level(depth).sources.total() <= 0) return;
+    convert_where_lit(path, task, depth, rng, result);
+    convert_at_source(path, task, depth, rng, result);
+}
+
+// Concentrations at a point, and for each dye concentration x yield. False when nothing glows there.
+bool PathTracer::find_dye(const Stretch& path, double t_um, Level& level, Rng& rng) {
+    if (!field_.concentrations(path.ray, t_um, level.spans, level.uM, rng)) return false;
+    level.weights.assign(scene_->dyes.size(), 0);
+    for (std::size_t i = 0; i < scene_->media.size(); ++i) {
+        const int dye = scene_->media[i].dye;
+        if (dye < 0) continue;
+        const auto d = static_cast<std::size_t>(dye);
+        level.weights[d] += level.uM[i] * scene_->dyes[d].quantum_yield;
+    }
+    return true;
+}
+
+// Half of the directions are isotropic; the others lean to where collimated light comes from.
+Vec3 PathTracer::sample_excitation_direction(Rng& rng) const {
+    if (lobes_.empty() || rng.uniform() < 0.5) return sample_isotropic(rng.uniform(), rng.uniform());
+    const Lobe& lobe = lobes_[static_cast<std::size_t>(rng.uniform() * static_cast<double>(lobes_.size()))];
+    return turned(lobe.axis, sample_henyey_greenstein_cosine(lobe.g, rng.uniform()), rng.uniform());
+}
+
+double PathTracer::excitation_direction_pdf(Vec3 direction) const {
+    if (lobes_.empty()) return 1 / kSphere_sr;
+    double leaning = 0;
+    for (const Lobe& lobe : lobes_)
+        leaning += henyey_greenstein(dot(direction, lobe.axis), lobe.g);
+    return 0.5 / kSphere_sr + 0.5 * leaning / static_cast<double>(lobes_.size());
+}
+
+const PathOptics& PathTracer::excitation_optics(const Excitation& excitation, Level& level) const {
+    if (excitation.line >= 0) return line_optics_[static_cast<std::size_t>(excitation.line)];
+    Wavelengths one;
+    one.count = 1;
+    one.nm[0] = excitation.wavelength_nm;
+    one.pdf_per_nm[0] = excitation.probability;
+    level.optics = field_.optics(one);
+    return level.optics;
+}
+
+// Photons s^-1 um^-2 (or per nm) that reach a point straight from a light.
+double PathTracer::direct_fluence(Vec3 position, std::size_t light, const Excitation& excitation,
+                                  const PathOptics& optics, Level& level, Rng& rng) {
+    const double photons = illumination_->photons(static_cast<int>(light), excitation);
+    if (photons <= 0) return 0;
+    const auto sample = sample_light(scene_->lights[light], position, rng.uniform(), rng.uniform());
+    if (!sample) return 0;
+    double fluence = photons * sample->fluence_per_um2;
+    if (sample->pdf_per_sr > 0) {  // a ray of the path may run into the same light
+        fluence *= sample->pdf_per_sr / (sample->pdf_per_sr + excitation_direction_pdf(sample->to_light));
+    }
+    return fluence * transmittance_to_light(position, *sample, optics, level, rng)[0];
+}
+
+// What each dye makes of a fluence at one wavelength: emission x yield x absorption x fluence over the sphere.
+void PathTracer::add_glow(const Lanes& weight, double wavelength_nm, double fluence, const Level& level,
+                          PathRadiance& result) {
+    for (std::size_t d = 0; d < scene_->dyes.size(); ++d) {
+        if (level.weights[d] <= 0) continue;
+        const double converted =
+            level.weights[d] * absorption_per_um_per_uM(scene_->dyes[d], wavelength_nm) * fluence / kSphere_sr;
+        if (converted > 0) result.by_dye[d] += converted * (weight * level.emission[d]);
+    }
+}
+
+void PathTracer::convert_where_lit(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
+                                   PathRadiance& result) {
+    Level& here = level(depth);
+    const auto light = choose_lit_section(here, rng);
+    if (!light) return;
+    const double t = here.lit[*light].sample(rng.uniform());
+    const double own = lit_pdf(here, *light, t);
+    if (!(own > 0) || !find_dye(path, t, here, rng)) return;
+    const auto excitation = illumination_->sample(here.weights, static_cast<int>(*light), rng);
+    if (!excitation) return;
+    const PathOptics& optics = excitation_optics(*excitation, here);
+    const double fluence = direct_fluence(path.ray.at(t), *light, *excitation, optics, here, rng);
+    if (fluence <= 0) return;
+    const Lanes seen = field_.transmittance(path.ray, here.spans, t, *task.optics, Loss::Extinction, rng) * path.beta;
+    const double density = (own + here.sources.pdf(t)) * excitation->probability;
+    add_glow((1 / density) * seen, excitation->wavelength_nm, fluence, here, result);
+    ++field_.counts().real_collisions;
+}
+
+void PathTracer::convert_at_source(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
+                                   PathRadiance& result) {
+    Level& here = level(depth);
+    const double t = here.sources.sample(rng.uniform());
+    const double own = here.sources.pdf(t);
+    if (!(own > 0) || !find_dye(path, t, here, rng)) return;
+    ++field_.counts().real_collisions;
+    const Lanes seen = field_.transmittance(path.ray, here.spans, t, *task.optics, Loss::Extinction, rng) * path.beta;
+    if (seen.max() <= 0) return;
+    excite_by_lights(path, t, (1 / own) * seen, depth, rng, result);
+    if (task.orders > 1) excite_by_dyes(path, t, task, (1 / own) * seen, depth, rng, result);
+}
+
+void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes& weight, std::size_t depth, Rng& rng,
+                                  PathRadiance& result) {
+    Level& here = level(depth);
+    const auto excitation = illumination_->sample(here.weights, rng);
+    if (!excitation) return;
+    const PathOptics& optics = excitation_optics(*excitation, here);
+    const Vec3 position = path.ray.at(t_um);
+    const double own = here.sources.pdf(t_um);
+    double fluence = 0;
+    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+        const double share = own / (own + lit_pdf(here, l, t_um));  // the rest is convert_where_lit's
+        fluence += share * direct_fluence(position, l, *excitation, optics, here, rng);
+    }
+    if (path.scatterings > 0 || has_far_lights_) {
+        PathTask& onward = here.task;
+        onward.optics = &optics;
+        onward.light_photons.assign(scene_->lights.size(), Lanes{});
+        for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+            onward.light_photons[l][0] = illumination_->photons(static_cast<int>(l), *excitation);
+        }
+        onward.orders = 0;
+        onward.scatterings = path.scatterings;
+        const Vec3 direction = sample_excitation_direction(rng);
+        onward.pdf_start_per_sr = excitation_direction_pdf(direction);
+        here.radiance.elastic = {};
+        here.radiance.by_dye.clear();
+        trace({position, direction}, onward, depth + 1, rng, here.radiance);
+        fluence += here.radiance.elastic[0] / onward.pdf_start_per_sr;
+    }
+    add_glow((1 / excitation->probability) * weight, excitation->wavelength_nm, fluence, here, result);
+}
+
+// Light that another conversion made: a wavelength that some dye emits and one of those here absorbs.
+void PathTracer::excite_by_dyes(const Stretch& path, double t_um, const PathTask& task, const Lanes& weight,
+                                std::size_t depth, Rng& rng, PathRadiance& result) {
+    // A cascade without end goes on by roulette.
+    constexpr double kGoOn = 0.7;
+    double roulette = 1;
+    if (task.orders == PathTask::kNoLimit) {
+        if (rng.uniform() >= kGoOn) return;
+        roulette = 1 / kGoOn;
+    }
+    Level& here = level(depth);
+    const std::size_t dyes = scene_->dyes.size();
+    double total = 0;
+    for (std::size_t a = 0; a < dyes; ++a) {
+        for (const Spectrum& overlap : dye_to_dye_[a])
+            total += here.weights[a] * overlap.integral();
+    }
+    if (!(total > 0)) return;
+    double left = rng.uniform() * total;
+    const Spectrum* chosen = nullptr;
+    for (std::size_t a = 0; a < dyes && left >= 0; ++a) {
+        for (const Spectrum& overlap : dye_to_dye_[a]) {
+            if (here.weights[a] * overlap.integral() <= 0) continue;
+            chosen = &overlap;
+            left -= here.weights[a] * overlap.integral();
+            if (left < 0) break;
+        }
+    }
+    Excitation excitation;
+    excitation.wavelength_nm = chosen->sample(rng.uniform());
+    for (std::size_t a = 0; a < dyes; ++a) {
+        for (const Spectrum& overlap : dye_to_dye_[a]) {
+            excitation.probability += here.weights[a] * overlap(excitation.wavelength_nm) / total;
+        }
+    }
+    if (!(excitation.probability > 0)) return;
+    PathTask& onward = here.task;
+    onward.optics = &excitation_optics(excitation, here);
+    onward.light_photons.clear();
+    onward.orders = task.orders == PathTask::kNoLimit ? PathTask::kNoLimit : task.orders - 1;
+    onward.scatterings = path.scatterings;
+    onward.pdf_start_per_sr = 0;
+    here.radiance.elastic = {};
+    here.radiance.by_dye.assign(dyes, Lanes{});
+    const Vec3 direction = sample_isotropic(rng.uniform(), rng.uniform());
+    trace({path.ray.at(t_um), direction}, onward, depth + 1, rng, here.radiance);
+    const double fluence = kSphere_sr * here.radiance.converted()[0];
+    add_glow((roulette / excitation.probability) * weight, excitation.wavelength_nm, fluence, here, result);
+}
+
+}  // namespace fluovox

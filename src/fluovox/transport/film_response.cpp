@@ -1,0 +1,85 @@
+#include "fluovox/transport/film_response.h"
+
+#include "fluovox/spectral/photons.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+// One in the union of the channels' ranges, zero between them.
+Spectrum union_of_ranges(const std::vector<FilmChannel>& channels) {
+    std::vector<std::pair<double, double>> ranges;
+    for (const FilmChannel& channel : channels)
+        ranges.emplace_back(channel.response.first_nm(), channel.response.last_nm());
+    std::sort(ranges.begin(), ranges.end());
+    std::vector<double> knots;
+    std::vector<double> values;
+    constexpr double kEdge_nm = 1e-6;
+    for (const auto& [from, to] : ranges) {
+        if (!knots.empty() && from <= knots.back() + kEdge_nm) {
+            knots.back() = std::max(knots.back(), to);
+            continue;
+        }
+        if (!knots.empty()) {  // the gap: down and up again within an edge
+            knots.insert(knots.end(), {knots.back() + 0.25 * kEdge_nm, from - 0.25 * kEdge_nm});
+            values.insert(values.end(), {0, 0});
+        }
+        knots.insert(knots.end(), {from, to});
+        values.insert(values.end(), {1, 1});
+    }
+    return {std::move(knots), std::move(values)};
+}
+
+}  // namespace
+
+FilmResponse::FilmResponse(const FilmSpec& spec, const std::optional<FilterDescription>& filter)
+    : spec_(&spec), filter_(filter), where_(union_of_ranges(spec.channels)) {}
+
+Wavelengths FilmResponse::sample(double u) const {
+    Wavelengths wavelengths;
+    wavelengths.count = kMaxLanes;
+    for (int k = 0; k < kMaxLanes; ++k) {
+        const double place = u + static_cast<double>(k) / kMaxLanes;
+        wavelengths.nm[k] = where_.sample(place - std::floor(place));
+        wavelengths.pdf_per_nm[k] = where_.pdf(wavelengths.nm[k]);
+    }
+    return wavelengths;
+}
+
+bool FilmResponse::passes(double wavelength_nm) const {
+    if (!filter_) return true;
+    const bool in_band = std::any_of(filter_->bands.begin(), filter_->bands.end(), [&](const auto& band) {
+        return wavelength_nm >= band.from_nm && wavelength_nm <= band.to_nm;
+    });
+    return in_band == filter_->passes;
+}
+
+bool FilmResponse::sees(double wavelength_nm) const {
+    if (!passes(wavelength_nm)) return false;
+    return std::any_of(spec_->channels.begin(), spec_->channels.end(),
+                       [&](const FilmChannel& channel) { return channel.response(wavelength_nm) > 0; });
+}
+
+void FilmResponse::add(double wavelength_nm, double photons, std::span<double> values) const {
+    constexpr double um2_per_m2 = 1e12;
+    if (!passes(wavelength_nm)) return;
+    const double per_m2 = photons * um2_per_m2;
+    const double watts = per_m2 * photon_energy_J(wavelength_nm);
+    const auto& channels = spec_->channels;
+    if (spec_->is_spectral) {  // bins of equal width: each wavelength is in one
+        const double width = (spec_->to_nm - spec_->from_nm) / static_cast<double>(channels.size());
+        const double bin = std::floor((wavelength_nm - spec_->from_nm) / width);
+        if (bin < 0 || bin >= static_cast<double>(channels.size())) return;
+        values[static_cast<std::size_t>(bin)] += (spec_->unit == FilmUnit::Photons ? per_m2 : watts) / width;
+        return;
+    }
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        const bool counts = spec_->unit == FilmUnit::Photons || channels[c].counts_photons;
+        values[c] += channels[c].response(wavelength_nm) * (counts ? per_m2 : watts);
+    }
+}
+
+}  // namespace fluovox

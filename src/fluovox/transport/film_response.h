@@ -1,0 +1,37 @@
+#pragma once
+
+#include "fluovox/image/film_spec.h"
+#include "fluovox/scene/scene_description.h"
+#include "fluovox/spectral/lanes.h"
+#include "fluovox/spectral/spectrum.h"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace fluovox {
+
+/// What a film makes of light: its channels behind the filter of the scene, and the unit they count in.
+class FilmResponse {
+public:
+    FilmResponse(const FilmSpec& spec, const std::optional<FilterDescription>& filter);
+
+    /// Wavelengths spread evenly over all that the film sees; `u` uniform in [0, 1) turns them together.
+    Wavelengths sample(double u) const;
+
+    /// True when light of this wavelength reaches some channel.
+    bool sees(double wavelength_nm) const;
+
+    /// Adds light of one wavelength to the values of all channels. `photons`: photon radiance, s^-1 um^-2 sr^-1, of a
+    /// line, or the radiance per nm over the density that the wavelength was drawn with.
+    void add(double wavelength_nm, double photons, std::span<double> values) const;
+
+private:
+    bool passes(double wavelength_nm) const;
+
+    const FilmSpec* spec_;
+    std::optional<FilterDescription> filter_;
+    Spectrum where_;  // one wherever some channel responds
+};
+
+}  // namespace fluovox

@@ -1,0 +1,297 @@
+#include "fluovox/transport/optical_field.h"
+
+#include "fluovox/volume/majorant_walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace fluovox {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+const Lanes& lanes_of(const PathOptics::MediumLanes& medium, Loss loss) {
+    return loss == Loss::Absorption ? medium.absorption : medium.extinction;
+}
+
+double length_before(const Interval& span, double end_um) {
+    return std::max(0.0, std::min(span.end, end_um) - span.begin);
+}
+
+Lanes exp_minus(const Lanes& depth, int count) {
+    Lanes result;
+    for (int k = 0; k < count; ++k)
+        result[k] = std::exp(-depth[k]);
+    return result;
+}
+
+// `whole` without `cut`; what is left may be two pieces.
+void subtract(std::vector<MediumSpan>& spans, std::size_t first, Interval cut) {
+    if (cut.empty()) return;
+    const std::size_t last = spans.size();
+    for (std::size_t i = first; i < last; ++i) {
+        const MediumSpan whole = spans[i];
+        if (cut.end <= whole.span.begin || cut.begin >= whole.span.end) continue;
+        spans[i].span.end = std::max(whole.span.begin, cut.begin);
+        if (cut.end < whole.span.end) spans.push_back({{cut.end, whole.span.end}, whole.medium});
+    }
+}
+
+}  // namespace
+
+TrackingCounts& TrackingCounts::operator+=(const TrackingCounts& other) {
+    real_collisions += other.real_collisions;
+    null_collisions += other.null_collisions;
+    grid_lookups += other.grid_lookups;
+    bound_violations += other.bound_violations;
+    return *this;
+}
+
+OpticalField::OpticalField(const Scene& scene) : scene_(&scene) {
+    for (std::size_t i = 0; i < scene.media.size(); ++i) {
+        (scene.media[i].grid ? gridded_ : constant_).push_back(static_cast<int>(i));
+    }
+}
+
+PathOptics OpticalField::optics(const Wavelengths& wavelengths) const {
+    PathOptics optics;
+    optics.wavelengths = wavelengths;
+    optics.media.resize(scene_->media.size());
+    for (std::size_t i = 0; i < optics.media.size(); ++i) {
+        const SceneMedium& medium = scene_->media[i];
+        PathOptics::MediumLanes& lanes = optics.media[i];
+        for (int k = 0; k < wavelengths.count; ++k) {
+            const double nm = wavelengths.nm[k];
+            if (medium.dye >= 0) {
+                const Dye& dye = scene_->dyes[static_cast<std::size_t>(medium.dye)];
+                lanes.absorption[k] = medium.amount * absorption_per_um_per_uM(dye, nm);
+            } else {
+                lanes.absorption[k] = medium.amount * coefficient_per_um(medium.absorption, nm);
+                lanes.scattering[k] = medium.amount * coefficient_per_um(medium.scattering, nm);
+            }
+            if (lanes.scattering[k] != lanes.scattering[0]) optics.grey_scattering = false;
+        }
+        lanes.extinction = lanes.scattering + lanes.absorption;
+        lanes.max_scattering = lanes.scattering.max();
+        lanes.max_absorption = lanes.absorption.max();
+        lanes.max_extinction = lanes.extinction.max();
+    }
+    return optics;
+}
+
+void OpticalField::gather(const Ray& ray, std::vector<MediumSpan>& spans) const {
+    spans.clear();
+    for (const int i : constant_) {
+        const SceneMedium& medium = scene_->media[static_cast<std::size_t>(i)];
+        const Interval chord = intersect(medium.region, ray);
+        if (chord.empty()) continue;
+        const std::size_t first = spans.size();
+        spans.push_back({chord, i});
+        for (const int inner : medium.cut_by) {
+            subtract(spans, first, intersect(scene_->media[static_cast<std::size_t>(inner)].region, ray));
+        }
+    }
+}
+
+double OpticalField::tap(const SparseGrid& grid, Vec3 index_position, double bound, Rng& rng) {
+    ++counts_.grid_lookups;
+    const double value = static_cast<double>(grid.tap(index_position, rng.coarse_uniforms()));
+    if (value > bound) ++counts_.bound_violations;
+    return value;
+}
+
+void OpticalField::ratio_track(const SceneMedium& medium, const Ray& ray, double end_um, const Lanes& coefficient,
+                               double most, Rng& rng, Lanes& transmittance) {
+    // Below this the rest is decided by roulette: the expectation stays, the walk through the dark ends.
+    constexpr double kDim = 1e-3;
+    MajorantWalk walk(*medium.grid, ray, {0, end_um});
+    MajorantWalk::Segment segment;
+    double depth = rng.exponential();
+    while (walk.next(segment)) {
+        const double majorant = most * segment.bound;
+        double t = segment.begin;
+        while (depth < majorant * (segment.end - t)) {
+            t += depth / majorant;
+            depth = rng.exponential();
+            ++counts_.null_collisions;
+            const double share = tap(*medium.grid, walk.index_at(t), segment.bound, rng) / majorant;
+            if (share == 0) continue;
+            for (int k = 0; k < kMaxLanes; ++k)
+                transmittance[k] *= 1 - share * coefficient[k];
+            const double left = transmittance.max();
+            if (left >= kDim) continue;
+            if (rng.uniform() * kDim >= left) {
+                transmittance = {};
+                return;
+            }
+            transmittance *= kDim / left;
+        }
+        depth -= majorant * (segment.end - t);
+    }
+}
+
+Lanes OpticalField::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um,
+                                  const PathOptics& optics, Loss loss, Rng& rng) {
+    Lanes depth;
+    for (const MediumSpan& s : spans) {
+        const double inside = length_before(s.span, end_um);
+        const Lanes& lanes = lanes_of(optics.media[static_cast<std::size_t>(s.medium)], loss);
+        for (int k = 0; k < kMaxLanes; ++k) {
+            if (lanes[k] > 0) depth[k] += inside * lanes[k];  // the length may be infinite
+        }
+    }
+    Lanes result = exp_minus(depth, optics.wavelengths.count);
+    for (const int i : gridded_) {
+        const PathOptics::MediumLanes& lanes = optics.media[static_cast<std::size_t>(i)];
+        const double most = loss == Loss::Absorption ? lanes.max_absorption : lanes.max_extinction;
+        if (most <= 0) continue;
+        ratio_track(scene_->media[static_cast<std::size_t>(i)], ray, end_um, lanes_of(lanes, loss), most, rng, result);
+    }
+    return result;
+}
+
+void OpticalField::delta_track(int medium, const Ray& ray, const PathOptics& optics, Rng& rng,
+                               std::optional<Scattering>& nearest, Lanes& likeness) {
+    const PathOptics::MediumLanes& lanes = optics.media[static_cast<std::size_t>(medium)];
+    const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(medium)].grid;
+    MajorantWalk walk(grid, ray, {0, nearest ? nearest->t_um : kFar});
+    MajorantWalk::Segment segment;
+    double depth = rng.exponential();
+    while (walk.next(segment)) {
+        const double majorant = lanes.max_scattering * segment.bound;
+        double t = segment.begin;
+        while (depth < majorant * (segment.end - t)) {
+            t += depth / majorant;
+            depth = rng.exponential();
+            const double share = tap(grid, walk.index_at(t), segment.bound, rng) / majorant;
+            const double real = share * lanes.scattering[0];
+            if (rng.uniform() < real) {
+                for (int k = 0; k < kMaxLanes; ++k)
+                    likeness[k] *= lanes.scattering[k] / lanes.scattering[0];
+                nearest = Scattering{t, medium};
+                return;
+            }
+            ++counts_.null_collisions;
+            for (int k = 0; k < kMaxLanes; ++k)
+                likeness[k] *= (1 - share * lanes.scattering[k]) / (1 - real);
+        }
+        depth -= majorant * (segment.end - t);
+    }
+}
+
+std::optional<Scattering> OpticalField::sample_scattering(const Ray& ray, const std::vector<MediumSpan>& spans,
+                                                          const PathOptics& optics, Rng& rng, Lanes& likeness) {
+    std::optional<Scattering> nearest;
+    likeness = Lanes::all(1);
+    for (const MediumSpan& s : spans) {
+        const double coefficient = optics.media[static_cast<std::size_t>(s.medium)].scattering[0];
+        if (coefficient <= 0) continue;
+        const double t = s.span.begin + rng.exponential() / coefficient;
+        if (t < s.span.end && (!nearest || t < nearest->t_um)) nearest = Scattering{t, s.medium};
+    }
+    const bool constant_first = nearest.has_value();
+    const double constant_t = constant_first ? nearest->t_um : kFar;
+    for (const int i : gridded_) {
+        if (optics.media[static_cast<std::size_t>(i)].max_scattering > 0)
+            delta_track(i, ray, optics, rng, nearest, likeness);
+    }
+    if (nearest) ++counts_.real_collisions;
+    if (optics.grey_scattering) {
+        likeness = Lanes::all(1);
+        return nearest;
+    }
+    const double end = nearest ? nearest->t_um : kFar;
+    Lanes depth;
+    for (const MediumSpan& s : spans) {
+        const Lanes& coefficient = optics.media[static_cast<std::size_t>(s.medium)].scattering;
+        const double inside = length_before(s.span, end);
+        for (int k = 0; k < kMaxLanes; ++k) {
+            if (coefficient[k] != coefficient[0]) depth[k] += inside * (coefficient[k] - coefficient[0]);
+        }
+    }
+    likeness *= exp_minus(depth, optics.wavelengths.count);
+    if (constant_first && end == constant_t) {
+        const Lanes& coefficient = optics.media[static_cast<std::size_t>(nearest->medium)].scattering;
+        for (int k = 0; k < kMaxLanes; ++k)
+            likeness[k] *= coefficient[k] / coefficient[0];
+    }
+    return nearest;
+}
+
+Lanes OpticalField::scattering_at(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,
+                                  const PathOptics& optics, std::vector<Lanes>& by_medium, Rng& rng) {
+    by_medium.assign(scene_->media.size(), Lanes{});
+    Lanes total;
+    for (const MediumSpan& s : spans) {
+        if (t_um < s.span.begin || t_um > s.span.end) continue;
+        const auto i = static_cast<std::size_t>(s.medium);
+        by_medium[i] = optics.media[i].scattering;
+        total += by_medium[i];
+    }
+    for (const int g : gridded_) {
+        const auto i = static_cast<std::size_t>(g);
+        if (optics.media[i].max_scattering <= 0) continue;
+        const SparseGrid& grid = *scene_->media[i].grid;
+        by_medium[i] = tap(grid, grid.index_from_world().point(ray.at(t_um)), kFar, rng) * optics.media[i].scattering;
+        total += by_medium[i];
+    }
+    return total;
+}
+
+Lanes OpticalField::scattering_density(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,
+                                       const PathOptics& optics) const {
+    Lanes coefficient;
+    Lanes depth;
+    for (const MediumSpan& s : spans) {
+        const Lanes& lanes = optics.media[static_cast<std::size_t>(s.medium)].scattering;
+        if (t_um >= s.span.begin && t_um <= s.span.end) coefficient += lanes;
+        const double inside = length_before(s.span, t_um);
+        if (inside > 0) depth += inside * lanes;
+    }
+    for (const int i : gridded_) {
+        const PathOptics::MediumLanes& lanes = optics.media[static_cast<std::size_t>(i)];
+        if (lanes.max_scattering <= 0) continue;
+        coefficient += scene_->media[static_cast<std::size_t>(i)].grid->trilinear(ray.at(t_um)) * lanes.scattering;
+    }
+    return coefficient * exp_minus(depth, optics.wavelengths.count);
+}
+
+bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,
+                                  std::vector<double>& uM, Rng& rng) {
+    uM.assign(scene_->media.size(), 0);
+    bool any = false;
+    for (const MediumSpan& s : spans) {
+        const SceneMedium& medium = scene_->media[static_cast<std::size_t>(s.medium)];
+        if (medium.dye < 0 || t_um < s.span.begin || t_um > s.span.end) continue;
+        uM[static_cast<std::size_t>(s.medium)] = medium.amount;
+        any = any || medium.amount > 0;
+    }
+    for (const int g : gridded_) {
+        const SceneMedium& medium = scene_->media[static_cast<std::size_t>(g)];
+        if (medium.dye < 0) continue;
+        const double value = tap(*medium.grid, medium.grid->index_from_world().point(ray.at(t_um)), kFar, rng);
+        uM[static_cast<std::size_t>(g)] = medium.amount * value;
+        any = any || value > 0;
+    }
+    return any;
+}
+
+Interval OpticalField::reach(const Ray& ray, const std::vector<MediumSpan>& spans) const {
+    Interval reach{kFar, 0};
+    for (const MediumSpan& s : spans) {
+        reach.begin = std::min(reach.begin, s.span.begin);
+        reach.end = std::max(reach.end, s.span.end);
+    }
+    for (const int i : gridded_) {
+        const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(i)].grid;
+        if (grid.background() > 0) return {0, kFar};
+        const Interval chord = intersect(BoxRegion{grid.bounds().min, grid.bounds().max}, ray);
+        if (chord.empty()) continue;
+        reach.begin = std::min(reach.begin, chord.begin);
+        reach.end = std::max(reach.end, chord.end);
+    }
+    return reach.begin < reach.end ? reach : Interval{0, 0};
+}
+
+}  // namespace fluovox

@@ -1,0 +1,106 @@
+#pragma once
+
+#include "fluovox/core/interval.h"
+#include "fluovox/core/rng.h"
+#include "fluovox/core/vec.h"
+#include "fluovox/scene/scene.h"
+#include "fluovox/spectral/lanes.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace fluovox {
+
+/// Coefficients of every medium at the wavelengths of a path, per micrometre: times the amount where the medium is
+/// constant, per unit of its grid's value where it is not.
+struct PathOptics {
+    struct MediumLanes {
+        Lanes scattering, absorption, extinction;
+        double max_scattering = 0, max_absorption = 0, max_extinction = 0;  ///< over the lanes: for the bounds
+    };
+
+    Wavelengths wavelengths;
+    std::vector<MediumLanes> media;
+    bool grey_scattering = true;  ///< every lane scatters alike, so all of them steer the path the same way
+};
+
+/// Part of a ray on which a constant medium lies.
+struct MediumSpan {
+    Interval span;
+    int medium = 0;
+};
+
+/// What tracking met; summed over threads.
+struct TrackingCounts {
+    std::int64_t real_collisions = 0;  ///< scatterings and conversions
+    std::int64_t null_collisions = 0;  ///< tentative ones
+    std::int64_t grid_lookups = 0;
+    std::int64_t bound_violations = 0;  ///< a value above its bound: must stay zero
+
+    TrackingCounts& operator+=(const TrackingCounts& other);
+};
+
+/// Which part of the extinction takes light away.
+enum class Loss { Absorption, Extinction };
+
+/// Where and in which medium a path scatters.
+struct Scattering {
+    double t_um = 0;
+    int medium = 0;
+};
+
+/// The media of a scene along rays: constant ones are handled analytically, grids by tracking against their bounds.
+/// One per thread, since it counts what it does.
+class OpticalField {
+public:
+    explicit OpticalField(const Scene& scene);
+
+    PathOptics optics(const Wavelengths& wavelengths) const;
+
+    /// Where the constant media lie along a ray.
+    void gather(const Ray& ray, std::vector<MediumSpan>& spans) const;
+
+    /// Unbiased estimate of the share of light that gets from the ray's origin to `end_um`, for each lane: exact for
+    /// constant media, ratio tracking for grids (Novak et al., ACM Trans. Graph. 33 (2014) 179).
+    Lanes transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, const PathOptics& optics,
+                        Loss loss, Rng& rng);
+
+    /// Draws the next scattering by the coefficients of the hero wavelength (lane 0): the nearest of what each
+    /// medium draws for itself; nothing when the path leaves. `likeness` becomes, for each lane, how likely that
+    /// outcome is for its own wavelength relative to the hero's.
+    std::optional<Scattering> sample_scattering(const Ray& ray, const std::vector<MediumSpan>& spans,
+                                                const PathOptics& optics, Rng& rng, Lanes& likeness);
+
+    /// Scattering of all media at a point of a ray, per lane; one stochastic tap per grid.
+    Lanes scattering_at(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, const PathOptics& optics,
+                        std::vector<Lanes>& by_medium, Rng& rng);
+
+    /// Density (per um) with which `sample_scattering` chooses the point `t_um`, for each lane. Exact for constant
+    /// media, a stand-in for grids: to be used only as a weight that is the same however the point was found.
+    Lanes scattering_density(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,
+                             const PathOptics& optics) const;
+
+    /// Concentrations (umol/L) of each medium that is a dye at a point of a ray; false when there is none.
+    bool concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, std::vector<double>& uM,
+                        Rng& rng);
+
+    /// The part of the ray beyond which there is no medium at all.
+    Interval reach(const Ray& ray, const std::vector<MediumSpan>& spans) const;
+
+    const Scene& scene() const { return *scene_; }
+    TrackingCounts& counts() { return counts_; }
+
+private:
+    void ratio_track(const SceneMedium& medium, const Ray& ray, double end_um, const Lanes& coefficient, double most,
+                     Rng& rng, Lanes& transmittance);
+    void delta_track(int medium, const Ray& ray, const PathOptics& optics, Rng& rng, std::optional<Scattering>& nearest,
+                     Lanes& likeness);
+    double tap(const SparseGrid& grid, Vec3 index_position, double bound, Rng& rng);
+
+    const Scene* scene_;
+    std::vector<int> constant_, gridded_;  // indices of media
+    TrackingCounts counts_;
+};
+
+}  // namespace fluovox

@@ -1,0 +1,258 @@
+#include "fluovox/transport/path_tracer.h"
+
+#include "fluovox/medium/phase_function.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace fluovox {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+double mean(const Lanes& lanes, int count) {
+    return lanes.sum() / count;
+}
+
+// Cosine between the flight of light before and after it is scattered towards the camera along `ray`:
+// light flies against `to_light` and then against the ray.
+double scattering_cosine(Vec3 to_light, Vec3 ray_direction) {
+    return dot(to_light, ray_direction);
+}
+
+}  // namespace
+
+Lanes PathRadiance::converted() const {
+    Lanes total;
+    for (const Lanes& dye : by_dye)
+        total += dye;
+    return total;
+}
+
+PathTracer::PathTracer(const Scene& scene, const Illumination& illumination)
+    : scene_(&scene), illumination_(&illumination), field_(scene) {
+    for (const Illumination::Line& line : illumination.lines()) {
+        Wavelengths one;
+        one.count = 1;
+        one.nm[0] = line.wavelength_nm;
+        one.pdf_per_nm[0] = 1;
+        line_optics_.push_back(field_.optics(one));
+    }
+    for (const Light& light : scene.lights) {
+        has_far_lights_ = has_far_lights_ || std::holds_alternative<UniformLight>(light.shape) ||
+                          std::holds_alternative<RectangleLight>(light.shape);
+    }
+    double g = 0;
+    for (const SceneMedium& medium : scene.media)
+        g = std::max(g, medium.anisotropy);
+    for (const Light& light : scene.lights) {
+        const auto* sheet = std::get_if<SheetLight>(&light.shape);
+        const auto* beam = std::get_if<BeamLight>(&light.shape);
+        if (g <= 0 || (sheet == nullptr && beam == nullptr)) continue;
+        const Vec3 back = -(sheet != nullptr ? sheet->direction : beam->direction);
+        lobes_.push_back({back, g});          // scattered once
+        lobes_.push_back({back, g * g * g});  // a few times
+    }
+    for (const Dye& absorber : scene.dyes) {
+        dye_to_dye_.emplace_back();
+        for (const Dye& emitter : scene.dyes) {
+            dye_to_dye_.back().push_back(sampling_product(emitter.emission_per_nm, absorber.molar_absorption_per_M_cm));
+        }
+    }
+}
+
+PathTracer::Level& PathTracer::level(std::size_t depth) {
+    while (levels_.size() <= depth)
+        levels_.push_back(std::make_unique<Level>());
+    return *levels_[depth];
+}
+
+void PathTracer::estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRadiance& result) {
+    result.elastic = {};
+    result.by_dye.assign(scene_->dyes.size(), Lanes{});
+    trace(ray, task, 0, rng, result);
+}
+
+void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result) {
+    Level& here = level(depth);
+    const PathOptics& optics = *task.optics;
+    const int count = optics.wavelengths.count;
+    const bool wants_light = !task.light_photons.empty();
+    const bool converts = task.orders > 0 && !scene_->dyes.empty();
+    if (converts) {
+        here.emission.assign(scene_->dyes.size(), Lanes{});
+        for (std::size_t d = 0; d < scene_->dyes.size(); ++d) {
+            for (int k = 0; k < count; ++k)
+                here.emission[d][k] = scene_->dyes[d].emission_per_nm(optics.wavelengths.nm[k]);
+        }
+    }
+
+    Stretch path;
+    path.ray = ray;
+    path.scatterings = task.scatterings;
+    for (int k = 0; k < count; ++k)
+        path.beta[k] = path.density[k] = 1;
+    double pdf_per_sr = task.pdf_start_per_sr;
+    // The later stretch at which the path will be converted, drawn on the way (Chao, Biometrika 69 (1982) 653).
+    std::optional<Stretch> deferred;
+    double deferred_weight = 0;
+    double all_weight = 0;
+
+    for (int vertex = 0;; ++vertex) {
+        field_.gather(path.ray, here.spans);
+        find_lit_sections(path.ray, here);
+        if (wants_light) add_rectangles(path, task, pdf_per_sr, here, rng, result);
+        if (wants_light && path.scatterings > 0) add_scattered_once(path, task, here, rng, result);
+        if (converts) {
+            here.sources.build(field_, *illumination_, path.ray, here.spans, optics);
+            if (vertex == 0 && here.sources.total() > 0) {
+                convert(path, task, depth, rng, result);
+            } else if (const double weight = mean(path.beta, count) * here.sources.total(); weight > 0) {
+                all_weight += weight;
+                if (rng.uniform() * all_weight < weight) {
+                    deferred = path;
+                    deferred_weight = weight;
+                }
+            }
+        }
+
+        Lanes likeness;
+        const auto scattering = field_.sample_scattering(path.ray, here.spans, optics, rng, likeness);
+        // The density of vertices for the weight below is that before this stretch's own outcome.
+        const double density =
+            scattering && wants_light
+                ? mean(path.density * field_.scattering_density(path.ray, scattering->t_um, here.spans, optics), count)
+                : 0;
+        path.density *= likeness;
+        const double mean_density = mean(path.density, count);
+        path.beta = (1 / mean_density) * (path.beta * likeness);
+        path.density *= 1 / mean_density;
+
+        if (!scattering) {
+            if (wants_light) add_surround(path, task, here, rng, result);
+            break;
+        }
+        if (path.scatterings == 0) break;
+        path.beta *= field_.transmittance(path.ray, here.spans, scattering->t_um, optics, Loss::Absorption, rng);
+        if (path.scatterings != PathTask::kNoLimit) --path.scatterings;
+        if (wants_light) add_lights_at(path, *scattering, density, task, here, rng, result);
+
+        constexpr double kFaint = 0.05;
+        const double worth = path.beta.max();
+        if (worth < kFaint) {
+            if (rng.uniform() * kFaint >= worth) break;
+            path.beta *= kFaint / worth;
+        }
+        const double g = scene_->media[static_cast<std::size_t>(scattering->medium)].anisotropy;
+        const double cosine = sample_henyey_greenstein_cosine(g, rng.uniform());
+        pdf_per_sr = henyey_greenstein(cosine, g);
+        path.ray = {path.ray.at(scattering->t_um), turned(path.ray.direction, cosine, rng.uniform())};
+    }
+
+    if (!deferred) return;
+    deferred->beta *= all_weight / deferred_weight;
+    field_.gather(deferred->ray, here.spans);
+    find_lit_sections(deferred->ray, here);
+    here.sources.build(field_, *illumination_, deferred->ray, here.spans, optics);
+    convert(*deferred, task, depth, rng, result);
+}
+
+void PathTracer::find_lit_sections(const Ray& ray, Level& level) const {
+    level.lit.clear();
+    const Interval reach = field_.reach(ray, level.spans);
+    for (const Light& light : scene_->lights)
+        level.lit.emplace_back(light, ray, reach);
+}
+
+// Density with which choose_lit_section and the section's own sample find a point.
+double PathTracer::lit_pdf(const Level& level, std::size_t light, double t_um) const {
+    if (!level.lit[light]) return 0;
+    const auto sections = std::count_if(level.lit.begin(), level.lit.end(), [](const auto& s) { return bool(s); });
+    return level.lit[light].pdf(t_um) / static_cast<double>(sections);
+}
+
+std::optional<std::size_t> PathTracer::choose_lit_section(const Level& level, Rng& rng) const {
+    const auto sections = std::count_if(level.lit.begin(), level.lit.end(), [](const auto& s) { return bool(s); });
+    if (sections == 0) return std::nullopt;
+    auto left = static_cast<std::ptrdiff_t>(rng.uniform() * static_cast<double>(sections));
+    for (std::size_t i = 0; i < level.lit.size(); ++i) {
+        if (level.lit[i] && left-- == 0) return i;
+    }
+    return std::nullopt;
+}
+
+Lanes PathTracer::transmittance_to_light(Vec3 position, const LightSample& light, const PathOptics& optics,
+                                         Level& level, Rng& rng) {
+    const Ray shadow{position, light.to_light};
+    field_.gather(shadow, level.shadow_spans);
+    return field_.transmittance(shadow, level.shadow_spans, light.distance_um, optics, Loss::Extinction, rng);
+}
+
+void PathTracer::add_rectangles(const Stretch& path, const PathTask& task, double pdf_per_sr, Level& level, Rng& rng,
+                                PathRadiance& result) {
+    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+        const auto* rectangle = std::get_if<RectangleLight>(&scene_->lights[l].shape);
+        if (rectangle == nullptr) continue;
+        const auto t = hit_rectangle(*rectangle, path.ray);
+        if (!t) continue;
+        // The same light is also found by sampling the rectangle from the ray's origin, unless that is the camera.
+        const double other = pdf_per_sr > 0 ? rectangle_pdf(*rectangle, path.ray.direction, *t) : 0;
+        const double weight = pdf_per_sr > 0 ? pdf_per_sr / (pdf_per_sr + other) : 1;
+        const Lanes seen =
+            field_.transmittance(path.ray, level.spans, *t, *task.optics, Loss::Extinction, rng) * path.beta;
+        result.elastic += (weight * rectangle_radiance(*rectangle)) * (seen * task.light_photons[l]);
+    }
+}
+
+void PathTracer::add_surround(const Stretch& path, const PathTask& task, Level& level, Rng& rng, PathRadiance& result) {
+    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+        if (!std::holds_alternative<UniformLight>(scene_->lights[l].shape)) continue;
+        const Lanes seen =
+            field_.transmittance(path.ray, level.spans, kFar, *task.optics, Loss::Absorption, rng) * path.beta;
+        result.elastic += seen * task.light_photons[l];
+    }
+}
+
+void PathTracer::add_scattered_once(const Stretch& path, const PathTask& task, Level& level, Rng& rng,
+                                    PathRadiance& result) {
+    const auto chosen = choose_lit_section(level, rng);
+    if (!chosen) return;
+    const PathOptics& optics = *task.optics;
+    const double t = level.lit[*chosen].sample(rng.uniform());
+    const double own = lit_pdf(level, *chosen, t);
+    const Vec3 position = path.ray.at(t);
+    const auto light = sample_light(scene_->lights[*chosen], position, rng.uniform(), rng.uniform());
+    if (!light || !(own > 0)) return;
+    field_.scattering_at(path.ray, t, level.spans, optics, level.by_medium, rng);
+    const double cosine = scattering_cosine(light->to_light, path.ray.direction);
+    Lanes scattered;
+    for (std::size_t i = 0; i < level.by_medium.size(); ++i) {
+        if (level.by_medium[i].max() <= 0) continue;
+        scattered += henyey_greenstein(cosine, scene_->media[i].anisotropy) * level.by_medium[i];
+    }
+    if (scattered.max() <= 0) return;
+    const double other =
+        mean(path.density * field_.scattering_density(path.ray, t, level.spans, optics), optics.wavelengths.count);
+    const Lanes seen = field_.transmittance(path.ray, level.spans, t, optics, Loss::Extinction, rng) *
+                       transmittance_to_light(position, *light, optics, level, rng) * path.beta;
+    result.elastic += (light->fluence_per_um2 / (own + other)) * (seen * scattered * task.light_photons[*chosen]);
+}
+
+void PathTracer::add_lights_at(const Stretch& path, const Scattering& scattering, double density, const PathTask& task,
+                               Level& level, Rng& rng, PathRadiance& result) {
+    const Vec3 position = path.ray.at(scattering.t_um);
+    const double g = scene_->media[static_cast<std::size_t>(scattering.medium)].anisotropy;
+    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+        if (task.light_photons[l].max() <= 0) continue;
+        const auto light = sample_light(scene_->lights[l], position, rng.uniform(), rng.uniform());
+        if (!light) continue;
+        const double phase = henyey_greenstein(scattering_cosine(light->to_light, path.ray.direction), g);
+        const double weight = light->pdf_per_sr > 0 ? light->pdf_per_sr / (light->pdf_per_sr + phase)
+                                                    : density / (density + lit_pdf(level, l, scattering.t_um));
+        const Lanes seen = transmittance_to_light(position, *light, *task.optics, level, rng) * path.beta;
+        result.elastic += (weight * phase * light->fluence_per_um2) * (seen * task.light_photons[l]);
+    }
+}
+
+}  // namespace fluovox

@@ -1,0 +1,131 @@
+#pragma once
+
+#include "fluovox/core/rng.h"
+#include "fluovox/core/vec.h"
+#include "fluovox/optics/light_sampling.h"
+#include "fluovox/scene/scene.h"
+#include "fluovox/spectral/lanes.h"
+#include "fluovox/transport/illumination.h"
+#include "fluovox/transport/optical_field.h"
+#include "fluovox/transport/source_table.h"
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace fluovox {
+
+/// Radiance per wavelength of a path, photons s^-1 um^-2 sr^-1 (per nm where the wavelengths are a continuum).
+struct PathRadiance {
+    Lanes elastic;              ///< never converted
+    std::vector<Lanes> by_dye;  ///< by the dye that converted it last
+
+    Lanes converted() const;
+};
+
+/// What one stretch of a path, at fixed wavelengths, looks for.
+struct PathTask {
+    static constexpr int kNoLimit = std::numeric_limits<int>::max();
+
+    const PathOptics* optics = nullptr;
+    /// Photons of each light at the wavelengths; empty: light that was not converted is of no interest.
+    std::vector<Lanes> light_photons;
+    int orders = 0;               ///< conversions allowed
+    int scatterings = kNoLimit;   ///< elastic events allowed, on this stretch and those it leads to
+    double pdf_start_per_sr = 0;  ///< density the first direction was drawn with, where lights were also sampled; or 0
+};
+
+/// The unbiased reference estimator, from the camera backward. On each ray it adds up
+/// - emitters hit (rectangles; uniform light where the path leaves),
+/// - light of the sources scattered once on the way here: sampled at the path's own vertices and along the stretch that
+///   each light shines on, combined by multiple importance sampling (Veach & Guibas 1995),
+/// - conversion: a source term, not a collision, so that a clear dye glows without noise. Points are drawn where dye
+/// may
+///   be and where light shines; from each the path goes on at an excitation wavelength.
+/// Conversion is taken at the first ray, and once more at one of the later rays, drawn in proportion to the dye seen.
+/// Several emission wavelengths share a path by spectral multiple importance sampling (Wilkie et al. 2014).
+class PathTracer {
+public:
+    PathTracer(const Scene& scene, const Illumination& illumination);
+
+    /// One unbiased estimate of the radiance that arrives at the origin of `ray` from its direction.
+    void estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRadiance& result);
+
+    OpticalField& field() { return field_; }
+    const Illumination& illumination() const { return *illumination_; }
+
+private:
+    // Storage of one level of recursion (a path that goes on at another wavelength is one level deeper).
+    struct Level {
+        std::vector<MediumSpan> spans, shadow_spans;
+        std::vector<LitSection> lit;
+        std::vector<Lanes> by_medium;
+        std::vector<Lanes> emission;  // per dye: photons per nm at the wavelengths
+        std::vector<double> uM, weights;
+        SourceTable sources;
+        PathOptics optics;  // of the wavelength the next level goes on with
+        PathTask task;
+        PathRadiance radiance;
+    };
+
+    // A ray of a path with what the path is worth at its origin.
+    struct Stretch {
+        Ray ray;
+        Lanes beta;           // contribution over the mean density of all wavelengths; zero in unused lanes
+        Lanes density;        // each wavelength's own density over that mean; zero in unused lanes
+        int scatterings = 0;  // still allowed
+    };
+
+    void trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
+
+    void find_lit_sections(const Ray& ray, Level& level) const;
+    double lit_pdf(const Level& level, std::size_t light, double t_um) const;
+    std::optional<std::size_t> choose_lit_section(const Level& level, Rng& rng) const;
+
+    void add_rectangles(const Stretch& path, const PathTask& task, double pdf_per_sr, Level& level, Rng& rng,
+                        PathRadiance& result);
+    void add_scattered_once(const Stretch& path, const PathTask& task, Level& level, Rng& rng, PathRadiance& result);
+    void add_lights_at(const Stretch& path, const Scattering& scattering, double density, const PathTask& task,
+                       Level& level, Rng& rng, PathRadiance& result);
+    void add_surround(const Stretch& path, const PathTask& task, Level& level, Rng& rng, PathRadiance& result);
+    Lanes transmittance_to_light(Vec3 position, const LightSample& light, const PathOptics& optics, Level& level,
+                                 Rng& rng);
+
+    // Conversion (conversion.cpp).
+    void convert(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
+    void convert_at_source(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
+                           PathRadiance& result);
+    void convert_where_lit(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
+                           PathRadiance& result);
+    void excite_by_lights(const Stretch& path, double t_um, const Lanes& weight, std::size_t depth, Rng& rng,
+                          PathRadiance& result);
+    void excite_by_dyes(const Stretch& path, double t_um, const PathTask& task, const Lanes& weight, std::size_t depth,
+                        Rng& rng, PathRadiance& result);
+    bool find_dye(const Stretch& path, double t_um, Level& level, Rng& rng);
+    double direct_fluence(Vec3 position, std::size_t light, const Excitation& excitation, const PathOptics& optics,
+                          Level& level, Rng& rng);
+    void add_glow(const Lanes& weight, double wavelength_nm, double fluence, const Level& level, PathRadiance& result);
+    Vec3 sample_excitation_direction(Rng& rng) const;
+    double excitation_direction_pdf(Vec3 direction) const;
+    const PathOptics& excitation_optics(const Excitation& excitation, Level& level) const;
+
+    Level& level(std::size_t depth);
+
+    const Scene* scene_;
+    const Illumination* illumination_;
+    OpticalField field_;
+    std::vector<PathOptics> line_optics_;
+    std::vector<std::vector<Spectrum>> dye_to_dye_;  // [absorber][emitter]: emission x absorption, to draw from
+    // Excitation that was scattered forward still comes more or less from where a collimated light shines: paths that
+    // look for it set out there more often than elsewhere.
+    struct Lobe {
+        Vec3 axis;
+        double g = 0;
+    };
+    std::vector<Lobe> lobes_;
+    bool has_far_lights_ = false;  // lights that a ray can run into: uniform or rectangle
+    std::vector<std::unique_ptr<Level>> levels_;
+};
+
+}  // namespace fluovox

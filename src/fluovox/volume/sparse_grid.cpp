@@ -1,0 +1,65 @@
+#include "fluovox/volume/sparse_grid.h"
+
+#include "fluovox/volume/sparse_grid_builder.h"
+
+#include <array>
+#include <cmath>
+
+namespace fluovox {
+
+Affine Affine::inverse() const {
+    // Columns of the inverse are cross products of the rows over the determinant.
+    const double determinant = dot(rows[0], cross(rows[1], rows[2]));
+    const Vec3 a = (1 / determinant) * cross(rows[1], rows[2]);
+    const Vec3 b = (1 / determinant) * cross(rows[2], rows[0]);
+    const Vec3 c = (1 / determinant) * cross(rows[0], rows[1]);
+    Affine back;
+    back.rows = {Vec3{a.x, b.x, c.x}, Vec3{a.y, b.y, c.y}, Vec3{a.z, b.z, c.z}};
+    back.offset = -back.direction(offset);
+    return back;
+}
+
+double SparseGrid::trilinear(Vec3 world_um) const {
+    const Vec3 p = index_from_world_.point(world_um);
+    const Vec3 base{std::floor(p.x), std::floor(p.y), std::floor(p.z)};
+    const Vec3 w = p - base;
+    double total = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Voxel voxel{static_cast<int>(base.x) + (corner & 1), static_cast<int>(base.y) + ((corner >> 1) & 1),
+                          static_cast<int>(base.z) + ((corner >> 2) & 1)};
+        const double weight = ((corner & 1) != 0 ? w.x : 1 - w.x) * ((corner & 2) != 0 ? w.y : 1 - w.y) *
+                              ((corner & 4) != 0 ? w.z : 1 - w.z);
+        total += weight * static_cast<double>(value(voxel));
+    }
+    return total;
+}
+
+SparseGrid SparseGrid::from_function(Voxel min, Voxel max, const Affine& world_from_index,
+                                     const std::function<double(Voxel)>& f) {
+    SparseGridBuilder builder(0);
+    std::size_t active = 0;
+    std::array<float, 512> values{};
+    for (int x = min.x & ~7; x < max.x; x += 8) {
+        for (int y = min.y & ~7; y < max.y; y += 8) {
+            for (int z = min.z & ~7; z < max.z; z += 8) {
+                for (int i = 0; i < 512; ++i) {
+                    const Voxel v{x + (i >> 6), y + ((i >> 3) & 7), z + (i & 7)};
+                    const bool inside =
+                        v.x >= min.x && v.x < max.x && v.y >= min.y && v.y < max.y && v.z >= min.z && v.z < max.z;
+                    const float value = inside ? static_cast<float>(f(v)) : 0.0F;
+                    values[static_cast<std::size_t>(i)] = value;
+                    active += value > 0 ? 1 : 0;
+                }
+                builder.add_brick({x, y, z}, values.data());
+            }
+        }
+    }
+    return std::move(builder).finish(world_from_index, active);
+}
+
+std::size_t SparseGrid::memory_bytes() const {
+    return sizeof(*this) + 4 * (nodes_.size() + node_bounds_.size() + cells_.size() + cell_bounds_.size() +
+                                voxels_.size() + constants_.size());
+}
+
+}  // namespace fluovox

@@ -1,0 +1,74 @@
+// Makes the render-time grid from a VDB tree: the one meeting point of the two.
+
+#include "fluovox/core/error.h"
+#include "fluovox/volume/sparse_grid_builder.h"
+#include "fluovox/volume/vdb_internal.h"
+
+#include <openvdb/openvdb.h>
+
+#include <cmath>
+
+namespace fluovox {
+namespace {
+
+using openvdb::FloatGrid;
+
+Affine affine_of(const FloatGrid& grid, double um_per_unit, const std::string& place) {
+    if (!grid.transform().isLinear()) throw InputError(place + ": its transform is not affine (a frustum?)");
+    const auto map = grid.transform().baseMap()->getAffineMap()->getMat4();  // row vectors: p M
+    Affine affine;
+    for (int row = 0; row < 3; ++row) {
+        affine.rows[static_cast<std::size_t>(row)] = um_per_unit * Vec3{map(0, row), map(1, row), map(2, row)};
+        affine.offset[row] = um_per_unit * map(3, row);
+    }
+    const double volume = dot(affine.rows[0], cross(affine.rows[1], affine.rows[2]));
+    if (!(std::abs(volume) > 0) || !std::isfinite(volume)) throw InputError(place + ": its transform is singular");
+    return affine;
+}
+
+// Tiles of the tree's upper levels, active or not, that differ from the background.
+template <class Node>
+void add_tiles(const Node& node, float background, float scale, SparseGridBuilder& builder) {
+    for (auto tile = node.cbeginValueAll(); tile; ++tile) {
+        const float value = tile.getValue();
+        if (value == background) continue;
+        const openvdb::Coord origin = tile.getCoord();
+        builder.add_constant({origin.x(), origin.y(), origin.z()}, static_cast<int>(Node::ChildNodeType::DIM),
+                             scale * value);
+    }
+}
+
+}  // namespace
+
+SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string& name,
+                            const std::function<GridScale(const GridMetadata&)>& units) {
+    const FloatGrid::ConstPtr grid = load_float_grid(file, name);
+    const std::string place = file.string() + ": grid \"" + grid->getName() + '"';
+    const GridScale scale = units(grid_metadata(*grid));
+    const auto factor = static_cast<float>(scale.value);
+    const float background = grid->background();
+    SparseGridBuilder builder(factor * background);
+
+    using Upper = FloatGrid::TreeType::RootNodeType::ChildNodeType;
+    using Lower = Upper::ChildNodeType;
+    for (auto tile = grid->tree().root().cbeginValueAll(); tile; ++tile) {
+        if (tile.getValue() != background)
+            throw InputError(place + ": a constant tile of 4096^3 voxels; densify it first");
+    }
+    for (auto upper = grid->tree().root().cbeginChildOn(); upper; ++upper) {
+        add_tiles(*upper, background, factor, builder);
+        for (auto lower = upper->cbeginChildOn(); lower; ++lower)
+            add_tiles<Lower>(*lower, background, factor, builder);
+    }
+    std::array<float, 512> values{};
+    for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
+        const float* data = leaf->buffer().data();
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = factor * data[i];
+        const openvdb::Coord origin = leaf->origin();
+        builder.add_brick({origin.x(), origin.y(), origin.z()}, values.data());
+    }
+    return std::move(builder).finish(affine_of(*grid, scale.length, place), grid->activeVoxelCount());
+}
+
+}  // namespace fluovox
