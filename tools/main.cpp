@@ -14,7 +14,9 @@ namespace {
 using fluovox::ExitCode;
 using fluovox::tools::Command;
 
-constexpr std::array<Command, 0> kCommands = {{}};
+constexpr auto kCommands = std::to_array<Command>({
+    {"dyes", "the dyes it knows, one dye's numbers and spectra, tissue", fluovox::tools::run_dyes},
+});
 
 void print_help() {
     std::puts("fluovox: fluorescence in scattering media, from mesh to microscope image\n\nCommands:");
