@@ -19,6 +19,7 @@ namespace fluovox {
 /// A grid of a VDB file, not yet opened.
 struct GridReference {
     std::filesystem::path file;           ///< absolute, or relative to the working folder
+    std::string written;                  ///< the file as the scene names it, relative to the scene's folder
     std::string name;                     ///< empty: the only grid of the file, or the one named after the dye
     std::optional<double> uM_per_value;   ///< from `unit`; otherwise the file's metadata say it, or umol/L
     std::optional<double> um_per_length;  ///< from `length_unit`; otherwise the file's metadata say it, or um
@@ -84,13 +85,19 @@ struct SceneDescription {
     FilmSpec film;
     std::optional<StackDescription> stack;
     RenderDescription render;
-    std::vector<std::string> remarks;  ///< what the reader should hear: "GFP" stands for EGFP ...
+    std::vector<std::string> remarks;   ///< what the reader should hear: "GFP" stands for EGFP ...
+    std::vector<std::string> warnings;  ///< what is allowed but probably a mistake
 };
 
 /// Reads and checks a scene file. `overrides` are `KEY=VALUE` texts (`camera.resolution=[64,64]`) that replace keys.
-/// Throws SceneError with the place of the first mistake.
+/// Throws SceneError with the place of the first mistake, InputError for a file that cannot be read (the scene or one
+/// of the tables it names), UsageError for an override that is no `KEY=VALUE`.
 SceneDescription load_scene_description(const std::filesystem::path& file,
                                         const std::vector<std::string>& overrides = {});
+
+/// The same for a scene whose `text` is at hand; `file` is what messages call it and where relative paths start.
+SceneDescription parse_scene_description(const std::string& text, const std::filesystem::path& file,
+                                         const std::vector<std::string>& overrides = {});
 
 /// The description with every default, as JSON text; the same scene gives the same text.
 std::string to_json(const SceneDescription& scene);

@@ -1,0 +1,66 @@
+#include "fluovox/scene/scene_description.h"
+
+#include "fluovox/core/text.h"
+#include "fluovox/scene/read_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace fluovox {
+namespace {
+
+constexpr std::size_t kLargestScene = std::size_t{16} << 20;
+
+/// sin(theta) = NA / n cannot reach 1, whatever medium the camera or light is in.
+void require_apertures(const SceneTable& root, const SceneDescription& scene) {
+    double index = 1;
+    for (const MediumDescription& medium : scene.media)
+        index = std::max(index, medium.refractive_index.value_or(1));
+    const auto require = [&](const SceneTable& table) {
+        constexpr const char* kKey = "numerical_aperture";
+        if (!table.has(kKey) || table.number(kKey) < index) return;
+        table.fail(kKey, fmt::format("must be below {}, the highest refractive index of the scene", index));
+    };
+    require(root.table("camera"));
+    for (const SceneTable& light : root.tables("light"))
+        require(light);
+}
+
+void warn_of_what_is_absent(SceneDescription& scene) {
+    if (scene.lights.empty()) scene.warnings.emplace_back("the scene has no [[light]]: the image will be black");
+    if (scene.media.empty())
+        scene.warnings.emplace_back("the scene has no [[medium]]: there is nothing to see but lights");
+}
+
+}  // namespace
+
+SceneDescription load_scene_description(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+    return parse_scene_description(load_text(file), file, overrides);
+}
+
+SceneDescription parse_scene_description(const std::string& text, const std::filesystem::path& file,
+                                         const std::vector<std::string>& overrides) {
+    if (text.size() > kLargestScene) throw SceneError({file.string(), 0, 0}, "is larger than 16 MiB, not a scene");
+    const SceneTable root = SceneTable::parse(text, file.string(), overrides);
+    root.allow_only({"title", "medium", "light", "camera", "film", "stack", "render"});
+
+    ReadContext context{file.parent_path(), {}, {}};
+    SceneDescription scene;
+    scene.file = file.string();
+    scene.title = root.text_or("title", "");
+    scene.media = read_media(root, context);
+    scene.lights = read_lights(root, context);
+    scene.camera = read_camera(root, context);
+    scene.film = read_film(root, context);
+    scene.stack = read_stack(root);
+    scene.render = read_render(root);
+    scene.remarks = std::move(context.remarks);
+    scene.warnings = std::move(context.warnings);
+    require_apertures(root, scene);
+    require_film_fits(root, scene);
+    warn_of_what_is_absent(scene);
+    return scene;
+}
+
+}  // namespace fluovox
