@@ -14,9 +14,9 @@ namespace {
 using fluovox::ExitCode;
 using fluovox::tools::Command;
 
-constexpr auto kCommands = std::to_array<Command>({
-    {"dyes", "the dyes it knows, one dye's numbers and spectra, tissue", fluovox::tools::run_dyes},
-});
+constexpr std::array<Command, 1> kCommands = {{
+    {"check", "read and resolve a scene, print it with every default", fluovox::tools::run_check},
+}};
 
 void print_help() {
     std::puts("fluovox: fluorescence in scattering media, from mesh to microscope image\n\nCommands:");
