@@ -14,9 +14,10 @@ namespace {
 using fluovox::ExitCode;
 using fluovox::tools::Command;
 
-constexpr std::array<Command, 1> kCommands = {{
+constexpr auto kCommands = std::to_array<Command>({
     {"check", "read and resolve a scene, print it with every default", fluovox::tools::run_check},
-}};
+    {"dyes", "the dyes it knows, one dye's numbers and spectra, tissue", fluovox::tools::run_dyes},
+});
 
 void print_help() {
     std::puts("fluovox: fluorescence in scattering media, from mesh to microscope image\n\nCommands:");

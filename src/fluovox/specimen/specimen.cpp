@@ -71,7 +71,7 @@ const std::vector<SpecimenInfo>& specimens() {
 Specimen make_specimen(const std::string& name, std::uint64_t seed) {
     info_of(name);
     Specimen specimen = name == "neuron" ? make_neuron(seed) : name == "beads" ? make_beads() : Specimen{};
-    specimen.scene_toml = embedded_text("volumes/" + name + "/scene.toml");  // named from src/fluovox
+    specimen.scene_toml = embedded_text("volumes/" + name + "/scene.toml");
     return specimen;
 }
 

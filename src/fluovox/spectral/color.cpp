@@ -69,7 +69,10 @@ double srgb_decoded(double encoded) {
 Rgb display_color(double wavelength_nm) {
     // Beyond these the tables hold little but rounding, and the hue no longer changes.
     const Rgb linear = linear_srgb(cie_1931(std::clamp(wavelength_nm, 390.0, 730.0)));
-    const Rgb clipped = {std::max(0.0, linear.r), std::max(0.0, linear.g), std::max(0.0, linear.b)};
+    // Some of the white that would bring the colour into the gamut: all of it is pale, none makes one flat green.
+    const double white = 0.2 * std::max(0.0, -std::min({linear.r, linear.g, linear.b}));
+    const auto lifted = [&](double component) { return std::max(0.0, component + white); };
+    const Rgb clipped = {lifted(linear.r), lifted(linear.g), lifted(linear.b)};
     const double strongest = std::max({clipped.r, clipped.g, clipped.b});
     constexpr double kDimmest = 0.25;
     const double inward_nm = std::min(wavelength_nm - 350, 780 - wavelength_nm);
