@@ -7,5 +7,6 @@ namespace fluovox::tools {
 // Each is one file of this folder, named after it.
 ExitCode run_check(const std::vector<std::string>& arguments);
 ExitCode run_dyes(const std::vector<std::string>& arguments);
+ExitCode run_render(const std::vector<std::string>& arguments);
 
 }  // namespace fluovox::tools

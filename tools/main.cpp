@@ -14,8 +14,10 @@ namespace {
 using fluovox::ExitCode;
 using fluovox::tools::Command;
 
+// In the order of a first session; each is a file of this folder.
 constexpr auto kCommands = std::to_array<Command>({
     {"check", "read and resolve a scene, print it with every default", fluovox::tools::run_check},
+    {"render", "the image of a scene", fluovox::tools::run_render},
     {"dyes", "the dyes it knows, one dye's numbers and spectra, tissue", fluovox::tools::run_dyes},
 });
 

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "fluovox/image/film.h"
+#include "fluovox/scene/scene.h"
+
+#include <string>
+#include <vector>
+
+namespace fluovox {
+
+/// True when no pixel of the film received anything in the layer that shows the dyes (or any light, without dyes).
+bool is_dark(const Film& film);
+
+/// Why an image of this scene may be black: what misses what, by how much. A sentence for each reason found.
+std::vector<std::string> reasons_for_darkness(const Scene& scene);
+
+}  // namespace fluovox

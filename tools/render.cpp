@@ -1,0 +1,150 @@
+#include "fluovox/transport/render.h"
+
+#include "fluovox/core/memory.h"
+#include "fluovox/core/progress.h"
+#include "fluovox/image/exr.h"
+#include "fluovox/image/preview.h"
+#include "fluovox/image/rendered_image.h"
+#include "fluovox/scene/scene.h"
+#include "fluovox/transport/darkness.h"
+
+#include "commands.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+namespace fluovox::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kExamples =
+    "  fluovox render scene.toml -o neuron.exr\n"
+    "  fluovox render scene.toml -o quick.exr --samples 4 --set camera.resolution=[64,64]\n";
+
+void warn(const CommonOptions& common, const std::string& message) {
+    if (!common.quiet) fmt::print(stderr, "warning: {}\n", message);
+}
+
+std::vector<std::string> overrides(const CommandLine& line) {
+    std::vector<std::string> keys;
+    if (line.values().count("set") > 0) keys = line.values()["set"].as<std::vector<std::string>>();
+    if (line.values().count("samples") > 0)
+        keys.push_back(fmt::format("render.samples={}", line.values()["samples"].as<int>()));
+    if (line.values().count("seed") > 0)
+        keys.push_back(fmt::format("render.seed={}", line.values()["seed"].as<std::uint64_t>()));
+    return keys;
+}
+
+/// Median over the pixels that have light of the relative standard error of their brightness (the mean over channels of
+/// the layer that previews show).
+double median_relative_error(const RenderedImage& image) {
+    const int layer = image.display_layer();
+    std::vector<double> errors;
+    for (std::size_t p = 0; p < image.pixels(); ++p) {
+        double mean = 0;
+        double variance = 0;
+        for (int c = 0; c < image.channels(); ++c) {
+            mean += image.mean(layer, p, c);
+            variance += image.variance(layer, p, c);
+        }
+        if (mean > 0) errors.push_back(std::sqrt(variance) / mean);
+    }
+    if (errors.empty()) return 0;
+    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+    std::nth_element(errors.begin(), middle, errors.end());
+    return *middle;
+}
+
+}  // namespace
+
+ExitCode run_render(const std::vector<std::string>& arguments) {
+    CommandLine line("fluovox render SCENE.toml -o OUT.exr [options]", kExamples);
+    auto add = line.options().add_options();
+    add("scene", po::value<std::string>()->value_name("SCENE.toml"), "the scene file (also without the option's name)");
+    add("output,o", po::value<std::string>()->value_name("OUT.exr"),
+        "the image; a preview OUT.png is written beside it");
+    add("samples", po::value<int>()->value_name("N"), "samples per pixel, instead of render.samples");
+    add("seed", po::value<std::uint64_t>()->value_name("N"), "instead of render.seed");
+    add("set", po::value<std::vector<std::string>>()->value_name("KEY=VALUE"), "override a key of the scene file");
+    line.positional("scene", 1);
+    if (!line.parse(arguments)) return ExitCode::Ok;
+    if (line.values().count("scene") == 0) line.fail("which scene?");
+    if (line.values().count("output") == 0) line.fail("where to? -o OUT.exr");
+    const fs::path output = line.values()["output"].as<std::string>();
+    if (output.extension() != ".exr") line.fail("the image is an OpenEXR file: -o OUT.exr");
+
+    const auto begin = std::chrono::steady_clock::now();
+    SceneDescription description = load_scene_description(line.values()["scene"].as<std::string>(), overrides(line));
+    const Scene scene = build_scene(std::move(description));
+    for (const std::string& remark : scene.description.remarks)
+        warn(line.common(), remark);
+    for (const std::string& warning : scene.warnings)
+        warn(line.common(), warning);
+
+    RenderResult result = [&] {
+        const auto progress = make_progress(line.common());
+        return render(scene, *progress);
+    }();
+    if (result.stopped) {
+        fmt::print(stderr, "fluovox: stopped; nothing was written\n");
+        return ExitCode::Stopped;
+    }
+    Provenance provenance;
+    provenance.scene_json = to_json(scene.description);
+    provenance.seed = scene.description.render.seed;
+    provenance.samples = scene.description.render.samples;
+    provenance.estimator = chosen_estimator(scene);
+    for (const Dye& dye : scene.dyes)
+        provenance.dyes.push_back(dye.name);
+    save_exr(output, result.film, scene.description.film, provenance);
+    const fs::path preview = fs::path(output).replace_extension(".png");
+    save_preview(preview, make_preview(result.film, scene.description.film));
+
+    const RenderedImage image = make_image(result.film, scene.description.film, provenance);
+    if (is_dark(result.film)) {
+        warn(line.common(), scene.dyes.empty() ? "the image is black" : "the image has no fluorescence");
+        for (const std::string& reason : reasons_for_darkness(scene))
+            warn(line.common(), reason);
+    }
+    if (image.nan_count > 0)
+        warn(line.common(), fmt::format("{} samples were not finite and count as zero", image.nan_count));
+    if (image.bound_violations > 0)
+        warn(line.common(), fmt::format("{} bounds were exceeded: the image is biased", image.bound_violations));
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double error = median_relative_error(image);
+    if (line.common().json) {
+        const nlohmann::ordered_json json = {
+            {"outputs", {output.string(), preview.string()}},
+            {"seconds", seconds},
+            {"samples", provenance.samples},
+            {"threads", tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)},
+            {"estimator", provenance.estimator},
+            {"nan_count", image.nan_count},
+            {"bound_violations", image.bound_violations},
+            {"median_relative_error", error},
+            {"real_collisions", result.counts.real_collisions},
+            {"null_collisions", result.counts.null_collisions},
+            {"grid_lookups", result.counts.grid_lookups},
+            {"peak_memory_bytes", peak_resident_bytes()},
+        };
+        fmt::print("{}\n", json.dump(2));
+    } else {
+        fmt::print("{}\n{}\n", output.string(), preview.string());
+        if (!line.common().quiet) {
+            fmt::print(stderr,
+                       "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {:.2g} %\n",
+                       image.width, image.height, provenance.samples, provenance.estimator, seconds, 100 * error);
+        }
+    }
+    return ExitCode::Ok;
+}
+
+}  // namespace fluovox::tools
