@@ -29,7 +29,7 @@ public:
           end_(span.end) {
         for (int axis = 0; axis < 3; ++axis)
             inverse_[axis] = 1 / direction_[axis];
-        const Interval box = node_box();
+        const Interval box = occupied_box();
         enter_ = std::max(t_, box.begin);
         leave_ = std::min(end_, box.end);
         if (!(enter_ < leave_)) enter_ = leave_ = end_;
@@ -92,21 +92,19 @@ private:
         return steps;
     }
 
-    // Where the ray is inside the box of all nodes.
-    Interval node_box() const {
+    // Where the ray is inside the box of all cells with a positive bound.
+    Interval occupied_box() const {
         Interval box{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-        const std::array<int, 3> low = {grid_->node_min_.x, grid_->node_min_.y, grid_->node_min_.z};
-        const std::array<int, 3> count = {grid_->node_count_.x, grid_->node_count_.y, grid_->node_count_.z};
+        const std::array<int, 3> low = {grid_->occupied_min_.x, grid_->occupied_min_.y, grid_->occupied_min_.z};
+        const std::array<int, 3> high = {grid_->occupied_max_.x, grid_->occupied_max_.y, grid_->occupied_max_.z};
         for (int axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<std::size_t>(axis);
-            const double from = low[a] * SparseGrid::kNodeSize;
-            const double to = (low[a] + count[a]) * SparseGrid::kNodeSize;
             if (direction_[axis] == 0) {
-                if (origin_[axis] < from || origin_[axis] >= to) return {0, 0};
+                if (origin_[axis] < low[a] || origin_[axis] >= high[a]) return {0, 0};
                 continue;
             }
-            const double t0 = (from - origin_[axis]) * inverse_[axis];
-            const double t1 = (to - origin_[axis]) * inverse_[axis];
+            const double t0 = (low[a] - origin_[axis]) * inverse_[axis];
+            const double t1 = (high[a] - origin_[axis]) * inverse_[axis];
             box = {std::max(box.begin, std::min(t0, t1)), std::min(box.end, std::max(t0, t1))};
         }
         return box;

@@ -117,6 +117,7 @@ private:
 
     Affine world_from_index_, index_from_world_;
     Voxel node_min_, node_count_;
+    Voxel occupied_min_, occupied_max_;   // box of the cells with a bound above the background, in voxels
     std::vector<std::int32_t> nodes_;     // per slot of the node box: a node, or ~constant
     std::vector<float> node_bounds_;      // per slot
     std::vector<std::int32_t> cells_;     // per node and cell: a brick, or ~constant

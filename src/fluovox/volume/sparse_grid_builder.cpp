@@ -31,6 +31,17 @@ float layer_max(const float* brick, int axes) {
     return highest;
 }
 
+constexpr int kMost = std::numeric_limits<int>::max();
+constexpr Voxel kFarthest{kMost, kMost, kMost};
+constexpr Voxel kNearest{-kMost, -kMost, -kMost};
+
+Voxel smaller(Voxel a, Voxel b) {
+    return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
+Voxel larger(Voxel a, Voxel b) {
+    return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
 }  // namespace
 
 void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
@@ -65,13 +76,11 @@ void SparseGridBuilder::add_constant(Voxel origin, int size, float value) {
 }
 
 void SparseGridBuilder::set_node_box(SparseGrid& grid) const {
-    Voxel low{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
-    Voxel high{std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
+    Voxel low = kFarthest;
+    Voxel high = kNearest;
     for (const Cell& cell : cells_) {  // one brick below is reached by interpolation
-        low = {std::min(low.x, (cell.brick.x - 1) >> 4), std::min(low.y, (cell.brick.y - 1) >> 4),
-               std::min(low.z, (cell.brick.z - 1) >> 4)};
-        high = {std::max(high.x, cell.brick.x >> 4), std::max(high.y, cell.brick.y >> 4),
-                std::max(high.z, cell.brick.z >> 4)};
+        low = smaller(low, {(cell.brick.x - 1) >> 4, (cell.brick.y - 1) >> 4, (cell.brick.z - 1) >> 4});
+        high = larger(high, {cell.brick.x >> 4, cell.brick.y >> 4, cell.brick.z >> 4});
     }
     if (cells_.empty()) low = high = {0, 0, 0};
     grid.node_min_ = low;
@@ -101,6 +110,9 @@ void SparseGridBuilder::spread_bound(SparseGrid& grid, const Cell& cell) const {
         if (!(highest > background_)) continue;
         const Voxel reached{cell.brick.x - ((axes >> 2) & 1), cell.brick.y - ((axes >> 1) & 1),
                             cell.brick.z - (axes & 1)};
+        grid.occupied_min_ = smaller(grid.occupied_min_, {kBrick * reached.x, kBrick * reached.y, kBrick * reached.z});
+        grid.occupied_max_ =
+            larger(grid.occupied_max_, {kBrick * (reached.x + 1), kBrick * (reached.y + 1), kBrick * (reached.z + 1)});
         float& bound = grid.cell_bounds_[ensure_cell(grid, reached)];
         bound = std::max(bound, highest);
     }
@@ -118,6 +130,8 @@ SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t
         grid.max_ = std::max(grid.max_, static_cast<double>(v));
 
     set_node_box(grid);
+    grid.occupied_min_ = kFarthest;
+    grid.occupied_max_ = kNearest;
     for (const Cell& cell : cells_) {
         grid.cells_[ensure_cell(grid, cell.brick)] = cell.index;
         spread_bound(grid, cell);
