@@ -1,9 +1,9 @@
 #include "fluovox/transport/render.h"
 
 #include "fluovox/optics/camera_ray.h"
-#include "fluovox/optics/light_sampling.h"
 #include "fluovox/transport/film_response.h"
 #include "fluovox/transport/path_tracer.h"
+#include "fluovox/transport/samplable.h"
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
@@ -138,16 +138,6 @@ std::vector<std::string> dye_names(const Scene& scene) {
     return names;
 }
 
-void require_samplable(const Scene& scene) {
-    for (const LightDescription& light : scene.description.lights) {
-        if (is_pencil(light.light)) {
-            throw SceneError(light.where,
-                             "the estimator \"path\" cannot meet a light without width; give it one, or use "
-                             "estimator = \"light\", which traces from the lights");
-        }
-    }
-}
-
 }  // namespace
 
 std::string chosen_estimator(const Scene& scene) {
@@ -156,7 +146,7 @@ std::string chosen_estimator(const Scene& scene) {
 }
 
 RenderResult render(const Scene& scene, Progress& progress) {
-    require_samplable(scene);
+    require_samplable_by_path(scene);
     const SceneDescription& description = scene.description;
     const Camera& camera = description.camera;
     RenderResult result{Film(camera.width, camera.height, film_layers(dye_names(scene), description.film.per_dye),

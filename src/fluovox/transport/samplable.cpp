@@ -1,0 +1,92 @@
+#include "fluovox/transport/samplable.h"
+
+#include "fluovox/optics/light_sampling.h"
+#include "fluovox/transport/film_response.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace fluovox {
+namespace {
+
+/// What a sheet or beam looks like from far away: where it goes, how wide it is and how its rays spread.
+struct Shaft {
+    Vec3 point, direction;
+    double radius_um = 0, spread_rad = 0;
+};
+
+std::optional<Shaft> shaft_of(const Light& light) {
+    if (const auto* sheet = std::get_if<SheetLight>(&light.shape)) {
+        return Shaft{sheet->waist, sheet->direction, std::hypot(0.5 * sheet->width_um, sheet->thickness_um),
+                     std::asin(sheet->numerical_aperture)};
+    }
+    if (const auto* beam = std::get_if<BeamLight>(&light.shape)) {
+        return Shaft{beam->waist, beam->direction, 2 * beam->radius_um, std::asin(beam->numerical_aperture)};
+    }
+    return std::nullopt;
+}
+
+// True when rays of the shaft can run straight into the camera.
+bool shines_into(const Shaft& shaft, const Camera& camera) {
+    const Vec3 axis = normalized(camera.target - camera.position);
+    const bool telecentric = camera.kind == Camera::Kind::Telecentric;
+    const double aspect = static_cast<double>(camera.width) / camera.height;
+    const double corner = std::hypot(1.0, aspect);
+    const double view =
+        telecentric ? std::asin(camera.numerical_aperture) : std::atan(corner * std::tan(0.5 * camera.fov_rad));
+    const double angle = std::acos(std::clamp(-dot(axis, shaft.direction), -1.0, 1.0));
+    constexpr double kRounding = 1e-6;
+    if (angle > view + shaft.spread_rad + kRounding) return false;
+    const Vec3 seen = telecentric ? camera.position + camera.focus_um * axis : camera.position;
+    const Vec3 apart = seen - shaft.point;
+    const double distance = length(apart - dot(apart, shaft.direction) * shaft.direction);
+    const double field_radius = telecentric ? 0.5 * camera.field_um * corner : 0;
+    return distance < shaft.radius_um + field_radius;
+}
+
+bool film_sees(const FilmResponse& film, const LightSpectrum& spectrum) {
+    const auto& knots = spectrum.energy_per_nm.wavelengths_nm();
+    return std::any_of(spectrum.lines.begin(), spectrum.lines.end(),
+                       [&](const auto& line) { return film.sees(line.wavelength_nm); }) ||
+           std::any_of(knots.begin(), knots.end(), [&](double nm) { return film.sees(nm); });
+}
+
+// Scatters for ever: everywhere, without any absorption.
+bool never_ends(const MediumDescription& medium) {
+    const auto is_zero = [](const Coefficient& c) {
+        const auto* constant = std::get_if<double>(&c);
+        return constant != nullptr && *constant == 0;
+    };
+    return !medium.dye && !medium.grid && std::holds_alternative<Everywhere>(medium.region) &&
+           !is_zero(medium.scattering) && is_zero(medium.absorption);
+}
+
+}  // namespace
+
+void require_samplable_by_path(const Scene& scene) {
+    const FilmResponse film(scene.description.film, scene.description.render.filter);
+    for (const LightDescription& light : scene.description.lights) {
+        if (is_pencil(light.light)) {
+            throw SceneError(light.where,
+                             "the estimator \"path\" cannot meet a light without width; give it one, or use the "
+                             "estimator \"light\", which traces from the lights");
+        }
+        const auto shaft = shaft_of(light.light);
+        if (shaft && film_sees(film, light.light.spectrum) && shines_into(*shaft, scene.description.camera)) {
+            throw SceneError(
+                light.where,
+                "this light shines straight into the camera, which the estimator \"path\" cannot show; turn "
+                "one of them, block its wavelength (render.filter), or use the estimator \"light\"");
+        }
+    }
+    for (const MediumDescription& medium : scene.description.media) {
+        if (never_ends(medium) && !scene.description.render.max_scatterings) {
+            throw SceneError(medium.where,
+                             "light would scatter here for ever: give the medium some absorption or an end, or set "
+                             "render.max_scatterings");
+        }
+    }
+}
+
+}  // namespace fluovox

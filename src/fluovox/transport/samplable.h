@@ -1,0 +1,12 @@
+#pragma once
+
+#include "fluovox/scene/scene.h"
+
+namespace fluovox {
+
+/// Throws SceneError at the light that a path from the camera can never meet, so that no image comes out dark without
+/// a word: one without width, or collimated light that shines straight into the camera and onto its film; and at a
+/// medium that light would never leave.
+void require_samplable_by_path(const Scene& scene);
+
+}  // namespace fluovox
