@@ -75,12 +75,15 @@ private:
         }
     };
 
-    Steps steps_at(double t, int size) const {
+    // Cells of `size` voxels from the one that holds the ray at `t`. Rounding at a face may put that one step outside
+    // `low`..`high`: it is put back before the distance to its exit is known, or every later cell would be the next
+    // one.
+    Steps steps_at(double t, int size, const std::array<int, 3>& low, const std::array<int, 3>& high) const {
         Steps steps;
         for (int axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<std::size_t>(axis);
             const double d = direction_[axis];
-            steps.cell[a] = static_cast<int>(std::floor((origin_[axis] + t * d) / size));
+            steps.cell[a] = std::clamp(static_cast<int>(std::floor((origin_[axis] + t * d) / size)), low[a], high[a]);
             steps.step[a] = d > 0 ? 1 : -1;
             if (d == 0) {
                 steps.next[a] = steps.delta[a] = std::numeric_limits<double>::infinity();
@@ -114,11 +117,14 @@ private:
     // stretch, put in `segment`. False when it was skipped.
     bool start_node(Segment& segment) {
         if (!outer_started_) {
-            outer_ = steps_at(t_, SparseGrid::kNodeSize);
+            const Voxel low = grid_->node_min_;
+            const Voxel n = grid_->node_count_;
+            outer_ = steps_at(t_, SparseGrid::kNodeSize, {low.x, low.y, low.z},
+                              {low.x + n.x - 1, low.y + n.y - 1, low.z + n.z - 1});
             outer_started_ = true;
         }
         const double node_end = std::min(outer_.exit(), leave_);
-        // Rounding at the faces may put the node one step outside the box; it is then clamped back.
+        // At the far face rounding may leave a last sliver outside.
         const int i = std::clamp(outer_.cell[0] - grid_->node_min_.x, 0, grid_->node_count_.x - 1);
         const int j = std::clamp(outer_.cell[1] - grid_->node_min_.y, 0, grid_->node_count_.y - 1);
         const int k = std::clamp(outer_.cell[2] - grid_->node_min_.z, 0, grid_->node_count_.z - 1);
@@ -129,13 +135,13 @@ private:
             in_node_ = true;
             node_end_ = node_end;
             cells_ = static_cast<std::size_t>(node) * SparseGrid::kCellsPerNode;
-            inner_ = steps_at(t_, SparseGrid::kBrickSize);
+            constexpr int kLast = SparseGrid::kCells - 1;
             const std::array<int, 3> base = {(i + grid_->node_min_.x) * SparseGrid::kCells,
                                              (j + grid_->node_min_.y) * SparseGrid::kCells,
                                              (k + grid_->node_min_.z) * SparseGrid::kCells};
-            for (std::size_t a = 0; a < 3; ++a) {
-                inner_.cell[a] = std::clamp(inner_.cell[a] - base[a], 0, SparseGrid::kCells - 1);
-            }
+            inner_ = steps_at(t_, SparseGrid::kBrickSize, base, {base[0] + kLast, base[1] + kLast, base[2] + kLast});
+            for (std::size_t a = 0; a < 3; ++a)
+                inner_.cell[a] -= base[a];
             return true;
         }
         segment = {t_, std::max(t_, node_end), bound};
