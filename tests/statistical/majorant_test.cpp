@@ -1,0 +1,156 @@
+// The bounds that tracking relies on: never below the trilinear field, and no part of it left out.
+
+#include "fluovox/volume/majorant_walk.h"
+#include "fluovox/volume/sparse_grid.h"
+
+#include "random_grids.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace fluovox {
+namespace {
+
+using testing::random_affine;
+using testing::random_grid;
+using testing::random_integer;
+using testing::random_ray;
+
+constexpr double kEnd_um = 1500;
+
+std::vector<MajorantWalk::Segment> segments_of(const SparseGrid& grid, const Ray& ray, double end_um = kEnd_um) {
+    std::vector<MajorantWalk::Segment> segments;
+    MajorantWalk walk(grid, ray, {0, end_um});
+    for (MajorantWalk::Segment segment; walk.next(segment);)
+        segments.push_back(segment);
+    return segments;
+}
+
+struct Findings {
+    int points = 0;      // looked at, with a positive field
+    int above = 0;       // the field is above the bound
+    int uncovered = 0;   // the field is positive where there is no segment
+    int disordered = 0;  // segments that are empty, overlap or go back
+};
+
+// Looks at points all along random rays. `trust`: the bounds are multiplied by it first.
+Findings look(float background, double trust) {
+    Findings found;
+    for (std::uint64_t g = 0; g < 20; ++g) {
+        Rng rng(11, g, background > 0 ? 1 : 0);
+        const SparseGrid grid = random_grid(rng, g % 4 == 0 ? Affine{} : random_affine(rng), background);
+        for (int r = 0; r < 60; ++r) {
+            const Ray ray = random_ray(grid, r, rng);
+            const auto segments = segments_of(grid, ray);
+            double before = 0;
+            for (const auto& s : segments) {
+                found.disordered += !(s.begin < s.end) || s.begin < before - 1e-9;
+                before = s.end;
+            }
+            std::size_t next = 0;
+            for (int i = 0; i < 3000; ++i) {
+                const double t = kEnd_um * (i + rng.uniform()) / 3000;
+                while (next < segments.size() && segments[next].end <= t)
+                    ++next;
+                const double field = grid.trilinear(ray.at(t));
+                if (field < 1e-9) continue;  // rays in the plane of the outermost voxels see rounding only
+                ++found.points;
+                const bool covered = next < segments.size() && t >= segments[next].begin;
+                found.uncovered += !covered;
+                found.above += covered && field > trust * segments[next].bound * (1 + 1e-9);
+            }
+        }
+    }
+    return found;
+}
+
+TEST(Majorants, AreAboveTheTrilinearFieldAlongEveryRay) {
+    const Findings found = look(0, 1);
+    EXPECT_GT(found.points, 20000);
+    EXPECT_EQ(found.above, 0);
+    EXPECT_EQ(found.uncovered, 0);
+    EXPECT_EQ(found.disordered, 0);
+}
+
+TEST(Majorants, HoldWithABackgroundToo) {
+    const Findings found = look(0.4F, 1);
+    EXPECT_GT(found.points, 1000000);
+    EXPECT_EQ(found.above, 0);
+    EXPECT_EQ(found.uncovered, 0);
+    EXPECT_EQ(found.disordered, 0);
+}
+
+TEST(Majorants, OnePercentLowerWouldNotDo) {
+    EXPECT_GT(look(0, 0.99).above, 100);
+    EXPECT_GT(look(0.4F, 0.99).above, 100);
+}
+
+TEST(Majorants, AreNoneWhereThereIsNothing) {
+    // A lone brick of ones in a corner of its node: a bound of one on the whole node would be right, and slow.
+    const SparseGrid grid = SparseGrid::from_function({0, 0, 0}, {8, 8, 8}, {}, [](Voxel) { return 1.0; });
+    const Ray ray{{-50, 3.5, 3.5}, {1, 0, 0}};
+    double covered = 0;
+    for (const auto& s : segments_of(grid, ray))
+        covered += s.end - s.begin;
+    EXPECT_LE(covered, 16);  // its own brick and the one that sees it by interpolation
+    EXPECT_GE(covered, 9);
+}
+
+// Integral of the trilinear field by small steps through each segment, against the same without the segments.
+TEST(Majorants, LoseNoAmountOfDye) {
+    Rng rng(12, 0, 0);
+    const SparseGrid grid = random_grid(rng, random_affine(rng), 0);
+    double all = 0;
+    double in_segments = 0;
+    for (int r = 0; r < 200; ++r) {
+        const Ray ray = random_ray(grid, r, rng);
+        constexpr double kStep = 0.05;
+        for (double t = 0.5 * kStep; t < kEnd_um; t += kStep)
+            all += kStep * grid.trilinear(ray.at(t));
+        for (const auto& s : segments_of(grid, ray)) {
+            const int steps = static_cast<int>(std::ceil((s.end - s.begin) / kStep));
+            const double step = (s.end - s.begin) / steps;
+            for (int i = 0; i < steps; ++i)
+                in_segments += step * grid.trilinear(ray.at(s.begin + (i + 0.5) * step));
+        }
+    }
+    EXPECT_GT(all, 100);
+    EXPECT_NEAR(in_segments / all, 1, 1e-4);
+}
+
+TEST(StochasticTap, AveragesToTheTrilinearField) {
+    Rng rng(13, 0, 0);
+    const SparseGrid grid = random_grid(rng, random_affine(rng), 0.25F);
+    int tested = 0;
+    int failing_twins = 0;
+    for (int i = 0; i < 4000 && tested < 40; ++i) {
+        const Vec3 index{120 * (rng.uniform() - 0.5), 120 * (rng.uniform() - 0.5), 120 * (rng.uniform() - 0.5)};
+        const double truth = grid.trilinear(grid.world_from_index().point(index));
+        double sum = 0;
+        double squares = 0;
+        constexpr int kTaps = 20000;
+        for (int k = 0; k < kTaps; ++k) {
+            const double value = static_cast<double>(grid.tap(index, rng.coarse_uniforms()));
+            sum += value;
+            squares += value * value;
+        }
+        const double mean = sum / kTaps;
+        const double error = std::sqrt(std::max(0.0, squares / kTaps - mean * mean) / kTaps);
+        if (error <= 1e-9) {
+            EXPECT_NEAR(mean, truth, 1e-6);
+            continue;
+        }
+        ++tested;
+        EXPECT_LT(std::abs(mean - truth), 5 * error);
+        // Half a voxel off, the commonest mistake.
+        const double shifted = grid.trilinear(grid.world_from_index().point(index + Vec3{0.5, 0, 0}));
+        failing_twins += std::abs(mean - shifted) > 5 * error;
+    }
+    EXPECT_EQ(tested, 40);
+    EXPECT_GT(failing_twins, 30);
+}
+
+}  // namespace
+}  // namespace fluovox
