@@ -2,6 +2,7 @@
 
 // OpenVDB's own types: for the sources of this library that need them, never for a public header.
 
+#include "fluovox/volume/dye_grid.h"
 #include "fluovox/volume/grid_info.h"
 
 #include <openvdb/openvdb.h>
@@ -35,5 +36,9 @@ void save_grids(const std::filesystem::path& file, const std::vector<openvdb::Gr
 
 /// Statistics of a float grid; its `entry` is left empty.
 GridInfo inspect_grid(const openvdb::FloatGrid& grid);
+
+struct DyeGrid::Impl {
+    openvdb::GridBase::Ptr grid;
+};
 
 }  // namespace fluovox

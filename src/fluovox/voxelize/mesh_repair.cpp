@@ -1,0 +1,193 @@
+#include "fluovox/voxelize/mesh_repair.h"
+
+#include "fluovox/voxelize/mesh_topology.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+void flip(Mesh::Triangle& triangle) {
+    std::swap(triangle[1], triangle[2]);
+}
+
+double triangle_area(const Mesh& mesh, const Mesh::Triangle& t) {
+    const Vec3 a = mesh.vertices[t[0]];
+    return length(cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a)) / 2;
+}
+
+void count_edges(const std::vector<EdgeUse>& uses, MeshReport& report) {
+    for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+        if (last - first == 1) ++report.boundary_edges;
+        if (last - first > 2) ++report.nonmanifold_edges;
+        if (last - first == 2 && uses[first].forward == uses[first + 1].forward) ++report.misoriented_edges;
+    });
+}
+
+/// Turns triangles whose neighbours across ordinary edges disagree with them, by the majority of area.
+void agree_with_neighbours(Mesh& mesh, std::vector<EdgeUse>& uses, MeshReport& report) {
+    if (report.misoriented_edges == 0) return;
+    ParitySets sets(mesh.triangles.size());
+    for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+        if (last - first != 2) return;
+        sets.merge(uses[first].triangle, uses[first + 1].triangle, uses[first].forward == uses[first + 1].forward);
+    });
+    std::vector<double> balance(mesh.triangles.size(), 0.0);
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto [root, differs] = sets.find(t);
+        balance[root] += (differs ? -1 : 1) * triangle_area(mesh, mesh.triangles[t]);
+    }
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto [root, differs] = sets.find(t);
+        if (differs == (balance[root] >= 0)) {
+            flip(mesh.triangles[t]);
+            ++report.flipped_triangles;
+        }
+    }
+    uses = sorted_edge_uses(mesh);
+}
+
+/// Numbers the parts that hang together by edges; returns how many there are.
+std::uint32_t number_components(const Mesh& mesh, const std::vector<EdgeUse>& uses,
+                                std::vector<std::uint32_t>& component) {
+    ParitySets sets(mesh.triangles.size());
+    for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first + 1; i < last; ++i)
+            sets.merge(uses[first].triangle, uses[i].triangle, false);
+    });
+    component.resize(mesh.triangles.size());
+    std::uint32_t count = 0;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::uint32_t root = sets.find(t).first;
+        component[t] = root == t ? count++ : component[root];  // the root has the lowest number of its set
+    }
+    return count;
+}
+
+/// Whether a fan over the loop is as good as the surface that is missing: the loop is nearly plane.
+bool is_flat(const std::vector<Vec3>& loop, const Vec3& center) {
+    if (loop.size() <= 4) return true;
+    Vec3 normal;
+    for (std::size_t i = 0; i < loop.size(); ++i)
+        normal = normal + cross(loop[i] - center, loop[(i + 1) % loop.size()] - center);
+    const double twice_area = length(normal);
+    if (twice_area == 0) return true;  // a slit
+    double deviation = 0;
+    for (const Vec3& p : loop)
+        deviation = std::max(deviation, std::abs(dot(p - center, normal)) / twice_area);
+    constexpr double kFlat = 0.15;  // of the size of the hole
+    return deviation <= kFlat * std::sqrt(twice_area / 2);
+}
+
+void add_caps(SolidMesh& solid, const std::vector<EdgeUse>& uses, std::vector<std::uint32_t>& component) {
+    Mesh& mesh = solid.mesh;
+    std::vector<std::uint32_t> loop_components;
+    const auto loops = boundary_loops(mesh, component, uses, loop_components);
+    std::vector<Vec3> corners;
+    for (std::size_t n = 0; n < loops.size(); ++n) {
+        const BoundaryLoop& loop = loops[n];
+        if (loop.size() < 3) continue;  // there and back: nothing to close
+        corners.clear();
+        Vec3 center;
+        for (const std::uint32_t vertex : loop) {
+            corners.push_back(mesh.vertices[vertex]);
+            center = center + mesh.vertices[vertex];
+        }
+        center = (1.0 / static_cast<double>(loop.size())) * center;
+        const bool flat = is_flat(corners, center);
+        ++solid.report.holes;
+        if (!flat) ++solid.report.uneven_holes;
+        if (loop.size() == 3) {
+            mesh.triangles.push_back({loop[0], loop[1], loop[2]});
+        } else {
+            const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+            mesh.vertices.push_back(center);
+            for (std::size_t i = 0; i < loop.size(); ++i)
+                mesh.triangles.push_back({loop[i], loop[(i + 1) % loop.size()], middle});
+        }
+        solid.cap_is_flat.resize(mesh.triangles.size() - solid.first_cap, static_cast<std::uint8_t>(flat));
+        component.resize(mesh.triangles.size(), loop_components[n]);
+    }
+}
+
+/// One connected part, closed by its caps.
+struct Part {
+    double volume = 0;
+    double extent = 0;
+    Vec3 rightmost = {-Bounds::kFar, 0, 0};
+};
+
+std::vector<Part> measure_parts(const Mesh& mesh, const std::vector<std::uint32_t>& component, std::uint32_t count) {
+    std::vector<Part> parts(count);
+    std::vector<Bounds> bounds(count);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (const std::uint32_t vertex : mesh.triangles[t]) {
+            const Vec3& v = mesh.vertices[vertex];
+            bounds[component[t]].add(v);
+            if (v.x > parts[component[t]].rightmost.x) parts[component[t]].rightmost = v;
+        }
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3 origin = bounds[component[t]].center();
+        const Vec3 a = mesh.vertices[mesh.triangles[t][0]] - origin;
+        const Vec3 b = mesh.vertices[mesh.triangles[t][1]] - origin;
+        const Vec3 c = mesh.vertices[mesh.triangles[t][2]] - origin;
+        parts[component[t]].volume += dot(a, cross(b, c)) / 6;
+    }
+    for (std::uint32_t i = 0; i < count; ++i)
+        parts[i].extent = length(bounds[i].size());
+    return parts;
+}
+
+/// Turns parts that face inwards though nothing encloses them, and what lies inside them.
+void face_outwards(SolidMesh& solid, const std::vector<std::uint32_t>& component, std::uint32_t count) {
+    Mesh& mesh = solid.mesh;
+    const auto parts = measure_parts(mesh, component, count);
+    if (std::none_of(parts.begin(), parts.end(), [](const Part& p) { return p.volume < 0; })) return;
+    // A point just right of a part's rightmost vertex is outside that part, so what winds around it are the others.
+    std::vector<Vec3> beside;
+    for (const Part& part : parts) {
+        const double step = 1e-7 * part.extent;
+        beside.push_back(part.rightmost + Vec3{step, 0.37 * step, 0.23 * step});
+    }
+    const std::vector<int> around = winding_along_x(mesh, beside);
+    std::vector<std::uint8_t> turn(count, 0);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        // Inside something that is itself inside out: the whole nest is turned.
+        turn[i] = static_cast<std::uint8_t>(around[i] < 0 || (around[i] == 0 && parts[i].volume < 0));
+        if (turn[i] != 0) ++solid.report.flipped_components;
+        if (turn[i] != (parts[i].volume < 0 ? 1 : 0)) ++solid.report.cavities;
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (turn[component[t]] != 0) flip(mesh.triangles[t]);
+}
+
+}  // namespace
+
+SolidMesh make_solid(const Mesh& mesh) {
+    SolidMesh solid;
+    WeldedMesh welded = weld(mesh);
+    solid.mesh = std::move(welded.mesh);
+    MeshReport& report = solid.report;
+    report.vertices = solid.mesh.vertices.size();
+    report.triangles = solid.mesh.triangles.size();
+    report.welded_vertices = welded.welded_vertices;
+    report.degenerate_triangles = welded.degenerate_triangles;
+    report.area_um2 = surface_area(solid.mesh);
+
+    std::vector<EdgeUse> uses = sorted_edge_uses(solid.mesh);
+    count_edges(uses, report);
+    agree_with_neighbours(solid.mesh, uses, report);
+    std::vector<std::uint32_t> component;
+    const std::uint32_t components = number_components(solid.mesh, uses, component);
+    report.components = components;
+    solid.first_cap = solid.mesh.triangles.size();
+    add_caps(solid, uses, component);
+    face_outwards(solid, component, components);
+    report.volume_um3 = signed_volume(solid.mesh);
+    return solid;
+}
+
+}  // namespace fluovox

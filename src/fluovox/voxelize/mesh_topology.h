@@ -1,0 +1,73 @@
+#pragma once
+
+// Steps of make_solid.
+
+#include "fluovox/voxelize/mesh.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace fluovox {
+
+/// The use of an edge by one triangle.
+struct EdgeUse {
+    std::uint32_t low = 0, high = 0;  ///< its vertices
+    std::uint32_t triangle = 0;
+    bool forward = false;  ///< the triangle runs from `low` to `high`
+
+    bool same_edge(const EdgeUse& other) const { return low == other.low && high == other.high; }
+};
+
+/// A mesh with equal vertices made one, unused ones and triangles with equal corners left out.
+struct WeldedMesh {
+    Mesh mesh;
+    std::size_t welded_vertices = 0;
+    std::size_t degenerate_triangles = 0;
+};
+WeldedMesh weld(const Mesh& mesh);
+
+/// Every use of every edge, grouped by edge.
+std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh);
+
+/// Calls `visit(first, last)` with the index range of each edge's uses.
+template <class Visit>
+void for_each_edge(const std::vector<EdgeUse>& uses, Visit&& visit) {
+    for (std::size_t first = 0; first < uses.size();) {
+        std::size_t last = first + 1;
+        while (last < uses.size() && uses[last].same_edge(uses[first]))
+            ++last;
+        visit(first, last);
+        first = last;
+    }
+}
+
+/// Sets that merge, each member with a parity relative to its set's representative.
+class ParitySets {
+public:
+    explicit ParitySets(std::size_t size);
+
+    /// The representative of `member`'s set, and whether `member` differs from it.
+    std::pair<std::uint32_t, bool> find(std::uint32_t member);
+    /// Merges the sets of `a` and `b`, which differ or not; a contradiction to what is known is ignored.
+    void merge(std::uint32_t a, std::uint32_t b, bool differ);
+
+private:
+    std::vector<std::uint32_t> parent_;
+    std::vector<std::uint8_t> differs_;  // from the parent
+};
+
+/// A closed loop of directed edges, each vertex once.
+using BoundaryLoop = std::vector<std::uint32_t>;
+
+/// The directed edges that would close the mesh (the net boundary, reversed), cut into simple loops. Each loop stays
+/// within one component; `loop_components` gets it.
+std::vector<BoundaryLoop> boundary_loops(const Mesh& mesh, const std::vector<std::uint32_t>& component_of_triangle,
+                                         const std::vector<EdgeUse>& uses, std::vector<std::uint32_t>& loop_components);
+
+/// Signed number of times that the surface winds around each point, counted along a line towards +x. Exact for
+/// closed surfaces and points that are not on them.
+std::vector<int> winding_along_x(const Mesh& mesh, const std::vector<Vec3>& points);
+
+}  // namespace fluovox

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "fluovox/voxelize/voxel_tile.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace fluovox {
+
+/// Lines along x through a tile, 8 x 8 in each column of voxels, shifted at random from column to column; each is cut
+/// by the surface into stretches inside and outside. Nothing is done before the first block is asked for.
+class SubLines {
+public:
+    SubLines(const VoxelSurface& surface, const TileTask& task) : surface_(surface), task_(task) {}
+
+    /// Fractions of the block's voxels where the surface winds around at least once.
+    void fill_block(std::int32_t block, BlockValues& values);
+
+    /// The same by the winding number without the caps that are guesses (inside where it is at least 1/2). Changes
+    /// only voxels where they could matter, and returns how many those were.
+    std::uint64_t fill_open_block(std::int32_t block, BlockValues& values);
+
+private:
+    static constexpr int kPerSide = 8;
+    static constexpr int kPerColumn = kPerSide * kPerSide;
+
+    struct Crossing {
+        double x = 0;
+        int enters = 0;  // +1, or -1 where the line leaves
+    };
+    struct Place {
+        double y = 0, z = 0;
+    };
+
+    void cut_lines();
+    void cut_lines_by(const Mesh::Triangle& triangle, std::vector<std::pair<std::uint32_t, Crossing>>& found) const;
+    Place place(std::size_t line) const;
+    /// Winding number of a line at `x`.
+    int winding_at(std::size_t line, double x) const;
+    float open_fraction(int column, int x) const;
+
+    const VoxelSurface& surface_;
+    const TileTask& task_;
+    bool ready_ = false;
+    std::vector<Crossing> crossings_;   // by line, then x
+    std::vector<std::uint32_t> first_;  // of each line
+};
+
+}  // namespace fluovox

@@ -1,0 +1,119 @@
+#include "fluovox/voxelize/tile_bins.h"
+
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+
+namespace fluovox {
+namespace {
+
+std::int32_t block_of(double coordinate) {
+    return static_cast<std::int32_t>(std::floor(coordinate / kBlockSide));
+}
+
+struct BlockRange {
+    std::array<std::int32_t, 3> low{}, high{};
+};
+
+BlockRange blocks_of(const Mesh& mesh, const Mesh::Triangle& t) {
+    BlockRange range;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double a = mesh.vertices[t[0]][axis];
+        const double b = mesh.vertices[t[1]][axis];
+        const double c = mesh.vertices[t[2]][axis];
+        range.low[static_cast<std::size_t>(axis)] = block_of(std::min({a, b, c}));
+        range.high[static_cast<std::size_t>(axis)] = block_of(std::max({a, b, c}));
+    }
+    return range;
+}
+
+}  // namespace
+
+TileBins::TileBins(const VoxelSurface& surface, std::int32_t blocks_z)
+    : blocks_z_(static_cast<std::uint64_t>(blocks_z)) {
+    struct Entry {
+        std::uint64_t key;
+        std::uint32_t triangle;
+    };
+    std::vector<Entry> entries;
+    const Mesh& mesh = surface.mesh;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const BlockRange range = blocks_of(mesh, mesh.triangles[t]);
+        for (std::int32_t y = range.low[1]; y <= range.high[1]; ++y) {
+            for (std::int32_t z = range.low[2]; z <= range.high[2]; ++z)
+                entries.push_back({static_cast<std::uint64_t>(y) * blocks_z_ + static_cast<std::uint64_t>(z), t});
+        }
+    }
+    tbb::parallel_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+        return a.key != b.key ? a.key < b.key : a.triangle < b.triangle;
+    });
+    triangles_.reserve(entries.size());
+    for (const Entry& entry : entries) {
+        if (tiles_.empty() || tiles_.back().key != entry.key) {
+            tiles_.push_back({entry.key, triangles_.size(), triangles_.size()});
+        }
+        triangles_.push_back(entry.triangle);
+        ++tiles_.back().end;
+    }
+    for (const auto& [x, y, z] : surface.open_blocks)
+        open_blocks_[static_cast<std::uint64_t>(y) * blocks_z_ + static_cast<std::uint64_t>(z)].push_back(x);
+    for (auto& [key, xs] : open_blocks_) {
+        std::sort(xs.begin(), xs.end());
+        const auto at = std::lower_bound(tiles_.begin(), tiles_.end(), key,
+                                         [](const Tile& tile, std::uint64_t wanted) { return tile.key < wanted; });
+        if (at == tiles_.end() || at->key != key) tiles_.insert(at, {key, 0, 0});
+    }
+}
+
+TileTask TileBins::task(std::size_t number) const {
+    const Tile& tile = tiles_[number];
+    TileTask task;
+    task.y = static_cast<std::int32_t>(tile.key / blocks_z_);
+    task.z = static_cast<std::int32_t>(tile.key % blocks_z_);
+    task.begin = triangles_.data() + tile.begin;
+    task.end = triangles_.data() + tile.end;
+    const auto open = open_blocks_.find(tile.key);
+    if (open != open_blocks_.end()) task.open_blocks = open->second;
+    return task;
+}
+
+void add_open_blocks(const Mesh& caps, VoxelSurface& surface) {
+    std::set<BlockPlace> found;
+    std::vector<BlockPlace> edge;
+    const Bounds bounds = mesh_bounds(surface.mesh);
+    const auto visit = [&](const BlockPlace& block) {
+        if (found.insert(block).second) edge.push_back(block);
+    };
+    for (const auto& t : caps.triangles) {
+        for (const std::uint32_t vertex : t) {
+            const Vec3& v = caps.vertices[vertex];
+            visit({block_of(v.x), block_of(v.y), block_of(v.z)});
+        }
+    }
+    // From the rims of the caps outwards, as long as the caps fill enough of the view.
+    while (!edge.empty()) {
+        const BlockPlace at = edge.back();
+        edge.pop_back();
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            for (const int step : {-1, 1}) {
+                BlockPlace next = at;
+                next[axis] += step;
+                Vec3 center;
+                bool outside = false;
+                for (int i = 0; i < 3; ++i) {
+                    center[i] = kBlockSide * (next[static_cast<std::size_t>(i)] + 0.5);
+                    outside |= center[i] < bounds.min[i] - kBlockSide || center[i] > bounds.max[i] + kBlockSide;
+                }
+                constexpr double kMatters = 0.3;
+                if (!outside && std::abs(surface.open_caps(center)) > kMatters) visit(next);
+            }
+        }
+    }
+    const auto in_range = [](const BlockPlace& b) { return b[0] >= 0 && b[1] >= 0 && b[2] >= 0; };
+    std::copy_if(found.begin(), found.end(), std::back_inserter(surface.open_blocks), in_range);
+}
+
+}  // namespace fluovox

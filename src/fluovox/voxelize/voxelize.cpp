@@ -1,0 +1,207 @@
+#include "fluovox/voxelize/voxelize.h"
+
+#include "fluovox/core/error.h"
+#include "fluovox/volume/vdb_internal.h"
+#include "fluovox/voxelize/tile_bins.h"
+#include "fluovox/voxelize/voxel_tile.h"
+
+#include <fmt/format.h>
+#include <openvdb/tools/Prune.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace fluovox {
+namespace {
+
+using Leaf = openvdb::FloatTree::LeafNodeType;
+
+/// The lattice of a grid and the part of it that is filled.
+struct Lattice {
+    double voxel_um = 0;
+    std::array<std::int32_t, 3> corner{};  ///< voxel with the lowest indices; a multiple of the block's side
+    std::array<std::int32_t, 3> blocks{};  ///< along each axis
+};
+
+Lattice make_lattice(const Bounds& bounds, double voxel_um) {
+    Lattice lattice;
+    lattice.voxel_um = voxel_um;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double low = std::floor(bounds.min[axis] / voxel_um / kBlockSide);
+        const double high = std::floor(bounds.max[axis] / voxel_um / kBlockSide) + 1;
+        constexpr double kFarthest = 1 << 27;  // in blocks; the tree's indices have 32 bits
+        if (!(std::abs(low) < kFarthest && std::abs(high) < kFarthest)) {
+            throw InputError(fmt::format("the mesh reaches to {:g} um, too far from the origin for voxels of {:g} um",
+                                         std::max(std::abs(bounds.min[axis]), std::abs(bounds.max[axis])), voxel_um));
+        }
+        const auto index = static_cast<std::size_t>(axis);
+        lattice.corner[index] = kBlockSide * static_cast<std::int32_t>(low);
+        lattice.blocks[index] = static_cast<std::int32_t>(high - low);
+    }
+    return lattice;
+}
+
+VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& lattice, InsideRule rule) {
+    VoxelSurface surface;
+    Mesh open_caps;
+    for (const SolidMesh& solid : solids) {
+        const auto offset = static_cast<std::uint32_t>(surface.mesh.vertices.size());
+        for (const Vec3& v : solid.mesh.vertices) {
+            Vec3 placed;
+            for (int axis = 0; axis < 3; ++axis)
+                placed[axis] = v[axis] / lattice.voxel_um - lattice.corner[static_cast<std::size_t>(axis)];
+            surface.mesh.vertices.push_back(placed);
+        }
+        for (std::size_t t = 0; t < solid.mesh.triangles.size(); ++t) {
+            const auto& corners = solid.mesh.triangles[t];
+            surface.mesh.triangles.push_back({corners[0] + offset, corners[1] + offset, corners[2] + offset});
+            if (t < solid.first_cap || rule == InsideRule::Stab) continue;
+            if (rule == InsideRule::Auto && solid.cap_is_flat[t - solid.first_cap] != 0) continue;
+            open_caps.triangles.push_back(surface.mesh.triangles.back());
+        }
+    }
+    open_caps.vertices = surface.mesh.vertices;
+    surface.open_caps = WindingTree(open_caps);
+    add_open_blocks(open_caps, surface);
+    return surface;
+}
+
+class GridFiller {
+public:
+    GridFiller(const Lattice& lattice, const VoxelizeSettings& settings)
+        : lattice_(lattice), settings_(settings), grid_(openvdb::FloatGrid::create(0.0F)), tree_(grid_->tree()) {
+        using openvdb::math::Transform;
+        grid_->setTransform(Transform::createLinearTransform(settings.voxel_size_um));
+        grid_->transform().postTranslate(openvdb::Vec3d(settings.voxel_size_um / 2));
+        grid_->setGridClass(openvdb::GRID_FOG_VOLUME);
+    }
+
+    /// Leaves of one tile, made by any thread.
+    std::vector<Leaf*> make_leaves(const TileTask& task, const TileResult& result) const {
+        std::vector<Leaf*> leaves;
+        leaves.reserve(result.blocks.size());
+        for (const auto& block : result.blocks) {
+            auto* const leaf = new Leaf(origin(block.x, task), 0.0F, false);  // NOLINT: the tree takes it
+            const BlockValues& values = result.values[block.values];
+            for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+                if (!(values[i] > 0)) continue;
+                leaf->setValueOn(i, static_cast<float>(settings_.value * static_cast<double>(values[i])));
+            }
+            leaves.push_back(leaf);
+        }
+        return leaves;
+    }
+    void add(const TileTask& task, const TileResult& result, const std::vector<Leaf*>& leaves) {
+        for (Leaf* const leaf : leaves)
+            tree_.addLeaf(leaf);
+        const auto value = static_cast<float>(settings_.value);
+        for (const auto& run : result.full) {
+            for (std::int32_t x = run.begin; x < run.end; ++x)
+                tree_.addTile(1, origin(x, task), value, true);
+        }
+    }
+    openvdb::FloatGrid::Ptr finish() {
+        openvdb::tools::pruneTiles(grid_->tree());
+        if (settings_.clip_um) clip();
+        return grid_;
+    }
+
+private:
+    openvdb::Coord origin(std::int32_t x, const TileTask& task) const {
+        return {lattice_.corner[0] + kBlockSide * x, lattice_.corner[1] + kBlockSide * task.y,
+                lattice_.corner[2] + kBlockSide * task.z};
+    }
+    void clip() {
+        const double dx = settings_.voxel_size_um;
+        openvdb::CoordBBox box;
+        for (int axis = 0; axis < 3; ++axis) {
+            box.min()[axis] = static_cast<int>(std::ceil(settings_.clip_um->min[axis] / dx - 0.5));
+            box.max()[axis] = static_cast<int>(std::floor(settings_.clip_um->max[axis] / dx - 0.5));
+        }
+        grid_->clip(box);
+    }
+
+    Lattice lattice_;
+    VoxelizeSettings settings_;
+    openvdb::FloatGrid::Ptr grid_;
+    openvdb::tree::ValueAccessor<openvdb::FloatTree> tree_;
+};
+
+}  // namespace
+
+double estimate_grid_bytes(double area_um2, const Bounds& bounds_um, double voxel_size_um) {
+    constexpr double kLeafBytes = 2300;
+    double blocks = 1;
+    for (int axis = 0; axis < 3; ++axis)
+        blocks *= std::floor(bounds_um.size()[axis] / voxel_size_um / kBlockSide) + 2;
+    // A surface of many blocks crosses about 1.5 blocks for each block's face of area, and no more than there are.
+    const double face = kBlockSide * voxel_size_um * kBlockSide * voxel_size_um;
+    return kLeafBytes * std::min(blocks, 1.5 * area_um2 / face + 8);
+}
+
+void require_affordable(double area_um2, const Bounds& bounds_um, const VoxelizeSettings& settings) {
+    const double bytes = estimate_grid_bytes(area_um2, bounds_um, settings.voxel_size_um);
+    if (bytes <= settings.max_bytes) return;
+    const Vec3 size = bounds_um.size();
+    const double dx = settings.voxel_size_um;
+    throw InputError(fmt::format(
+        "the grid would take about {:.3g} GiB: the bounding box is {:.6g} x {:.6g} x {:.6g} um, {:.4g} x {:.4g} x "
+        "{:.4g} "
+        "= {:.3g} voxels of {:g} um. If the unit is wrong, neuron meshes are often in nanometres: add --mesh-unit nm. "
+        "Otherwise choose a larger --voxel-size, or raise --max-bytes",
+        bytes / (1LL << 30), size.x, size.y, size.z, size.x / dx, size.y / dx, size.z / dx,
+        size.x / dx * size.y / dx * size.z / dx, dx));
+}
+
+VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSettings& settings, Progress& progress) {
+    initialize_openvdb();
+    Bounds bounds;
+    double area = 0;
+    for (const SolidMesh& solid : solids) {
+        bounds.add(mesh_bounds(solid.mesh));
+        area += solid.report.area_um2;
+    }
+    if (bounds.empty()) throw InputError("there are no triangles to voxelize");
+    require_affordable(area, bounds, settings);
+    const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
+    const VoxelSurface surface = to_voxels(solids, lattice, settings.inside);
+    const TileBins bins(surface, lattice.blocks[2]);
+
+    GridFiller filler(lattice, settings);
+    VoxelizeReport report;
+    progress.start("voxelizing", static_cast<long long>(bins.size()));
+    // In batches, so that finished leaves wait only shortly before they go into the tree.
+    constexpr std::size_t kBatch = 2048;
+    const double voxel_um3 = std::pow(settings.voxel_size_um, 3);
+    for (std::size_t begin = 0; begin < bins.size() && !progress.stopped(); begin += kBatch) {
+        const std::size_t count = std::min(kBatch, bins.size() - begin);
+        std::vector<TileResult> results(count);
+        std::vector<std::vector<Leaf*>> leaves(count);
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                const TileTask task = bins.task(begin + i);
+                results[i] = fill_tile(surface, task);
+                leaves[i] = filler.make_leaves(task, results[i]);
+                results[i].values = {};
+                progress.advance(1);
+            }
+        });
+        for (std::size_t i = 0; i < count; ++i) {
+            filler.add(bins.task(begin + i), results[i], leaves[i]);
+            report.volume_um3 += results[i].volume * voxel_um3;
+            report.winding_um3 += results[i].winding_volume * voxel_um3;
+            report.decided_by_winding += results[i].decided_by_winding;
+        }
+    }
+    auto grid = filler.finish();
+    report.voxels = grid->activeVoxelCount();
+    if (report.voxels == 0 && !progress.stopped()) {
+        throw InputError("nothing is inside the surface: the grid would be empty");
+    }
+    return {DyeGrid(std::make_shared<DyeGrid::Impl>(DyeGrid::Impl{grid})), report};
+}
+
+}  // namespace fluovox

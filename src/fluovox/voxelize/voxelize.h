@@ -1,0 +1,55 @@
+#pragma once
+
+#include "fluovox/core/bounds.h"
+#include "fluovox/core/progress.h"
+#include "fluovox/volume/dye_grid.h"
+#include "fluovox/voxelize/mesh_repair.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace fluovox {
+
+/// What decides about inside where a mesh has holes.
+enum class InsideRule {
+    Auto,     ///< caps over nearly plane holes, the winding number at others
+    Stab,     ///< caps over every hole
+    Winding,  ///< the generalized winding number (at least 1/2) at every hole
+};
+
+struct VoxelizeSettings {
+    double voxel_size_um = 0;
+    double value = 1;  ///< of a voxel wholly inside: the concentration
+    InsideRule inside = InsideRule::Auto;
+    std::optional<Bounds> clip_um;  ///< voxels whose centre is outside stay empty
+    double max_bytes = 8.0 * (1LL << 30);
+};
+
+struct VoxelizeReport {
+    double volume_um3 = 0;     ///< inside, by the voxels' fractions
+    double winding_um3 = 0;    ///< integral of the winding number: overlapping parts count twice
+    std::uint64_t voxels = 0;  ///< with anything inside
+    std::uint64_t decided_by_winding = 0;
+};
+
+struct VoxelizedGrid {
+    DyeGrid grid;
+    VoxelizeReport report;
+};
+
+/// Fills the union of the solids (in um) with `settings.value`, boundary voxels by the fraction of them that is inside.
+/// Voxel (i, j, k) is the cube from (i, j, k) to (i+1, j+1, k+1) times the voxel size, whatever the mesh, so that
+/// grids of one voxel size fit together.
+///
+/// Throws InputError when the grid would be far larger than `max_bytes`, or nothing is inside. Returns what was done
+/// so far when `progress` is stopped; ask it.
+VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSettings& settings, Progress& progress);
+
+/// An estimate from above of the memory of such a grid, in bytes: by surface, not by box.
+double estimate_grid_bytes(double area_um2, const Bounds& bounds_um, double voxel_size_um);
+
+/// Throws InputError with the box, the number of voxels and what to do when the estimate is over `max_bytes`.
+void require_affordable(double area_um2, const Bounds& bounds_um, const VoxelizeSettings& settings);
+
+}  // namespace fluovox
