@@ -18,6 +18,8 @@ using fluovox::tools::Command;
 constexpr auto kCommands = std::to_array<Command>({
     {"check", "read and resolve a scene, print it with every default", fluovox::tools::run_check},
     {"render", "the image of a scene", fluovox::tools::run_render},
+    {"voxelize", "meshes to a VDB grid of dye concentration", fluovox::tools::run_voxelize},
+    {"info", "what is in a grid file", fluovox::tools::run_info},
     {"dyes", "the dyes it knows, one dye's numbers and spectra, tissue", fluovox::tools::run_dyes},
 });
 

@@ -1,0 +1,208 @@
+#include "fluovox/voxelize/specimen.h"
+
+#include "fluovox/core/error.h"
+#include "fluovox/core/version.h"
+#include "fluovox/volume/vdb_internal.h"
+#include "fluovox/voxelize/input_bytes.h"
+#include "fluovox/voxelize/mesh_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace fluovox {
+namespace {
+
+/// A mesh of the specimen as it stands in the world, in um.
+struct LoadedPart {
+    Mesh mesh;
+    std::string sha256;
+};
+
+LoadedPart load_part(const SpecimenPart& part) {
+    const std::string bytes = load_bytes(part.file);
+    MeshFile file = parse_mesh(bytes, part.file.extension().string(), part.file.string());
+    const double um = part.um_per_unit > 0 ? part.um_per_unit : (file.um_per_unit > 0 ? file.um_per_unit : 1);
+    for (Vec3& v : file.mesh.vertices)
+        v = part.placement.apply(um * v);
+    return {std::move(file.mesh), sha256_hex(bytes)};
+}
+
+Bounds specimen_bounds(const std::vector<SpecimenGroup>& groups) {
+    Bounds bounds;
+    for (const SpecimenGroup& group : groups) {
+        for (const SpecimenPart& part : group.parts)
+            bounds.add(mesh_bounds(load_part(part).mesh));
+    }
+    return bounds;
+}
+
+double choose_voxel_size(const std::vector<SpecimenGroup>& groups, const SpecimenSettings& settings) {
+    if (settings.voxels.voxel_size_um > 0) return settings.voxels.voxel_size_um;
+    const Vec3 size = (settings.bbox_um ? *settings.bbox_um : specimen_bounds(groups)).size();
+    const double longest = std::max({size.x, size.y, size.z});
+    if (!(longest > 0)) throw InputError("all meshes together have no extent, so --resolution means nothing");
+    return longest / settings.resolution;
+}
+
+void require_sound(const SpecimenPart& part, const MeshReport& mesh) {
+    if (mesh.watertight()) return;
+    throw InputError(fmt::format(
+        "{}: is not watertight: {} open edges, {} edges whose triangles disagree about where outside is; close and "
+        "orient it in a mesh editor, or leave out --strict, which caps its {} holes and says so in the report",
+        part.name, mesh.boundary_edges, mesh.misoriented_edges, mesh.holes));
+}
+
+/// What is wrong with a mesh that was filled all the same, in one sentence; empty when nothing is.
+std::string damage(const std::string& name, const MeshReport& mesh) {
+    std::string text;
+    const auto add = [&](std::size_t count, const char* what) {
+        if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+    };
+    add(mesh.boundary_edges, "open edges");
+    add(mesh.misoriented_edges, "mis-oriented edges");
+    add(mesh.nonmanifold_edges, "non-manifold edges");
+    add(mesh.holes, "holes capped");
+    add(mesh.flipped_triangles, "triangles turned");
+    add(mesh.flipped_components, "components turned inside out");
+    return text.empty() ? text : name + ": " + text;
+}
+
+/// A closed mesh whose volume the voxels miss points to a mistake, ours or in the input; better no file than that one.
+void require_plausible(const GroupReport& report) {
+    double volume = 0;
+    for (const PartReport& part : report.parts)
+        volume += part.mesh.volume_um3;
+    constexpr double kTolerance = 0.05;
+    if (std::abs(report.voxels.winding_um3 - volume) <= kTolerance * std::abs(volume)) return;
+    throw InputError(fmt::format("{}: the voxels hold {:g} um3 and the meshes {:g} um3: the result would be wrong",
+                                 report.parts.front().name, report.voxels.winding_um3, volume));
+}
+
+using Clock = std::chrono::steady_clock;
+
+struct FilledGroup {
+    DyeGrid grid;
+    GroupReport report;
+};
+
+FilledGroup fill_group(const SpecimenGroup& group, const SpecimenSettings& settings, double voxel_um,
+                       Progress& progress) {
+    const auto begin = Clock::now();
+    GroupReport report;
+    report.dye = group.dye;
+    report.concentration_uM = group.concentration_uM;
+    std::vector<SolidMesh> solids;
+    VoxelizeSettings voxels = settings.voxels;
+    voxels.voxel_size_um = voxel_um;
+    voxels.value = group.concentration_uM;
+    progress.start("reading", static_cast<long long>(group.parts.size()));
+    for (const SpecimenPart& part : group.parts) {
+        LoadedPart loaded = load_part(part);
+        require_affordable(surface_area(loaded.mesh), mesh_bounds(loaded.mesh), voxels);
+        solids.push_back(make_solid(loaded.mesh));
+        report.parts.push_back({part.name, loaded.sha256, solids.back().report});
+        if (settings.strict) require_sound(part, solids.back().report);
+        progress.advance(1);
+    }
+    try {
+        VoxelizedGrid filled = voxelize(solids, voxels, progress);
+        report.voxels = filled.report;
+        if (!progress.stopped() && !voxels.clip_um) require_plausible(report);
+        report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+        return {filled.grid, std::move(report)};
+    } catch (const InputError& e) {
+        throw InputError(group.parts.front().name + (group.parts.size() > 1 ? " and others: " : ": ") + e.what());
+    }
+}
+
+openvdb::FloatGrid& floats(const DyeGrid& grid) {
+    return static_cast<openvdb::FloatGrid&>(*grid.impl().grid);
+}
+
+/// Joins `from` to `into` where both have the same lattice; `from` comes later and is used up.
+void join(openvdb::FloatGrid& into, openvdb::FloatGrid& from, OverlapRule rule) {
+    using Arguments = openvdb::CombineArgs<float>;
+    into.tree().combineExtended(
+        from.tree(),
+        [rule](Arguments& values) {
+            const float a = values.a();
+            const float b = values.b();
+            switch (rule) {
+                case OverlapRule::Max:
+                    values.setResult(std::max(a, b));
+                    break;
+                case OverlapRule::Sum:
+                    values.setResult(a + b);
+                    break;
+                case OverlapRule::First:
+                    values.setResult(a > 0 ? a : b);
+                    break;
+                case OverlapRule::Last:
+                    values.setResult(b > 0 ? b : a);
+                    break;
+            }
+            values.setResultIsActive(values.result() > 0);
+        },
+        /*prune=*/false);
+}
+
+GridMetadata describe(const GroupReport& report) {
+    GridMetadata metadata;
+    metadata.dye = report.dye;
+    metadata.value_unit = "umol/L";
+    metadata.length_unit = "um";
+    constexpr std::size_t kListed = 8;
+    std::string all;
+    for (std::size_t i = 0; i < report.parts.size(); ++i) {
+        all += report.parts[i].sha256;
+        if (i >= kListed) continue;
+        const char* const separator = i == 0 ? "" : ",";
+        metadata.source += separator + std::filesystem::path(report.parts[i].name).filename().string();
+        metadata.source_sha256 += separator + report.parts[i].sha256;
+    }
+    if (report.parts.size() > kListed) {
+        metadata.source += fmt::format(" and {} more", report.parts.size() - kListed);
+        metadata.source_sha256 = sha256_hex(all);
+    }
+    metadata.fluovox_version = version();
+    return metadata;
+}
+
+}  // namespace
+
+SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const SpecimenSettings& settings,
+                                 Progress& progress) {
+    SpecimenResult result;
+    result.voxel_size_um = choose_voxel_size(groups, settings);
+    std::vector<std::pair<std::string, DyeGrid>> by_dye;
+    for (const SpecimenGroup& group : groups) {
+        if (progress.stopped()) return result;
+        FilledGroup filled = fill_group(group, settings, result.voxel_size_um, progress);
+        for (const PartReport& part : filled.report.parts) {
+            const std::string text = damage(part.name, part.mesh);
+            if (!text.empty()) result.remarks.push_back(text);
+        }
+        const auto same =
+            std::find_if(by_dye.begin(), by_dye.end(), [&](const auto& entry) { return entry.first == group.dye; });
+        if (same == by_dye.end()) {
+            describe_dye_grid(filled.grid, group.dye, describe(filled.report), settings.half);
+            by_dye.emplace_back(group.dye, filled.grid);
+        } else {
+            join(floats(same->second), floats(filled.grid), settings.overlap);
+            GridMetadata metadata = grid_metadata(*same->second.impl().grid);
+            const GridMetadata added = describe(filled.report);
+            metadata.source += ',' + added.source;
+            metadata.source_sha256 += ',' + added.source_sha256;
+            set_grid_metadata(*same->second.impl().grid, metadata);
+        }
+        result.groups.push_back(std::move(filled.report));
+    }
+    for (auto& [dye, grid] : by_dye)
+        result.grids.push_back(grid);
+    return result;
+}
+
+}  // namespace fluovox

@@ -1,0 +1,77 @@
+#pragma once
+
+#include "fluovox/core/progress.h"
+#include "fluovox/voxelize/voxelize.h"
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fluovox {
+
+/// Rotation and scale, then a shift: where a mesh stands in the world.
+struct Placement {
+    std::array<Vec3, 3> rows = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+    Vec3 shift_um;
+
+    Vec3 apply(Vec3 p) const { return Vec3{dot(rows[0], p), dot(rows[1], p), dot(rows[2], p)} + shift_um; }
+};
+
+/// One mesh of a specimen.
+struct SpecimenPart {
+    std::filesystem::path file;
+    std::string name;        ///< what messages and reports call it
+    double um_per_unit = 0;  ///< of the file's coordinates; 0: what the format says, or um
+    Placement placement;
+};
+
+/// What is labelled with one dye at one concentration: the union of its parts.
+struct SpecimenGroup {
+    std::string dye;  ///< also the name of its grid
+    double concentration_uM = 0;
+    std::vector<SpecimenPart> parts;
+};
+
+/// Where groups of one dye overlap.
+enum class OverlapRule { Max, Sum, First, Last };
+
+struct SpecimenSettings {
+    VoxelizeSettings voxels;        ///< its `value` is not used; `voxel_size_um` 0: by `resolution`
+    int resolution = 0;             ///< voxels along the longest side of everything
+    std::optional<Bounds> bbox_um;  ///< the box that `resolution` means, instead of everything's own
+    OverlapRule overlap = OverlapRule::Max;
+    bool half = false;    ///< 16 bits a value in the file
+    bool strict = false;  ///< damaged meshes are refused
+};
+
+/// What became of one part.
+struct PartReport {
+    std::string name;
+    std::string sha256;
+    MeshReport mesh;
+};
+
+/// What became of one group.
+struct GroupReport {
+    std::string dye;
+    double concentration_uM = 0;
+    std::vector<PartReport> parts;
+    VoxelizeReport voxels;
+    double seconds = 0;
+};
+
+struct SpecimenResult {
+    double voxel_size_um = 0;
+    std::vector<DyeGrid> grids;  ///< one a dye, described and named
+    std::vector<GroupReport> groups;
+    std::vector<std::string> remarks;  ///< that the user should hear
+};
+
+/// Reads, repairs and fills all groups. Meshes are read when their group is filled and forgotten afterwards. Throws
+/// InputError. Ask `progress` whether it was stopped: the result is then not whole.
+SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const SpecimenSettings& settings,
+                                 Progress& progress);
+
+}  // namespace fluovox

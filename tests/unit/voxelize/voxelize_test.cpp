@@ -1,0 +1,191 @@
+#include "fluovox/voxelize/voxelize.h"
+
+#include "fluovox/core/error.h"
+#include "fluovox/voxelize/mesh_repair.h"
+
+#include "unit/voxelize/shapes.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace fluovox {
+namespace {
+
+using namespace testing;
+using std::numbers::pi;
+
+struct Filled {
+    MeshReport mesh;
+    VoxelizeReport voxels;
+    GridInfo grid;
+};
+
+Filled fill(const Mesh& mesh, double voxel_um, InsideRule inside = InsideRule::Auto) {
+    const std::vector<SolidMesh> solids = {make_solid(mesh)};
+    VoxelizeSettings settings;
+    settings.voxel_size_um = voxel_um;
+    settings.inside = inside;
+    NoProgress progress;
+    const VoxelizedGrid result = voxelize(solids, settings, progress);
+    return {solids[0].report, result.report, inspect_dye_grid(result.grid)};
+}
+
+/// Volume of what the grid holds, by the grid itself.
+double grid_volume(const Filled& filled) {
+    return filled.grid.total_mol / 1e-21;
+}
+
+TEST(Voxelize, ABoxOnTheLatticeFillsItsVoxelsExactly) {
+    const Filled filled = fill(box({-3, 2, 5}, {5, 20, 41}), 1);
+    EXPECT_EQ(filled.grid.active_voxels, 8U * 18U * 36U);
+    EXPECT_EQ(filled.grid.min, 1);
+    EXPECT_DOUBLE_EQ(grid_volume(filled), 8.0 * 18 * 36);
+}
+
+TEST(Voxelize, ABoxBetweenVoxelsHasExactFractions) {
+    const Mesh mesh = box({0.25, 0.25, 0.25}, {10.75, 7.5, 3.125});
+    const Filled filled = fill(mesh, 1);
+    EXPECT_NEAR(grid_volume(filled), 10.5 * 7.25 * 2.875, 1e-4);
+    EXPECT_NEAR(filled.grid.min, 0.125 * 0.5 * 0.75, 1e-6);  // the corner voxel
+}
+
+TEST(Voxelize, OverlappingBoxesAreAUnionAndNotASum) {
+    const Mesh two = joined(box({0, 0, 0}, {10, 10, 10}), box({4.5, 3.3, 2.2}, {14, 12, 11}));
+    const double shared = 5.5 * 6.7 * 7.8;
+    const double truth = 1000 + 9.5 * 8.7 * 8.8 - shared;
+    const Filled filled = fill(two, 0.5);
+    EXPECT_NEAR(filled.voxels.volume_um3 / truth, 1, 0.002);
+    EXPECT_NEAR(filled.voxels.winding_um3, truth + shared, 1e-6);
+    EXPECT_EQ(filled.grid.max, 1);
+}
+
+TEST(Voxelize, TheSameMeshTwiceIsTheMeshOnce) {
+    const Mesh one = ball({1, 2, 3}, 5.2);
+    const Filled twice = fill(joined(one, moved(one, {1e-3, 0, 0})), 0.5);
+    EXPECT_NEAR(twice.voxels.volume_um3 / signed_volume(one), 1, 0.005);
+}
+
+TEST(Voxelize, AnInsideOutBoxIsTurned) {
+    const Filled filled = fill(inside_out(box({0, 0, 0}, {10, 10, 10})), 1);
+    EXPECT_EQ(filled.mesh.flipped_components, 1U);
+    EXPECT_NEAR(grid_volume(filled), 1000, 1e-6);
+}
+
+TEST(Voxelize, ANestedCavityStaysEmptyAndItsCoreFull) {
+    const Mesh shell = joined(box({0, 0, 0}, {12, 12, 12}), inside_out(box({2, 2, 2}, {10, 10, 10})));
+    const Mesh mesh = joined(shell, box({4, 4, 4}, {8, 8, 8}));
+    const double truth = 12.0 * 12 * 12 - 8.0 * 8 * 8 + 4.0 * 4 * 4;
+    const Filled filled = fill(mesh, 1);
+    EXPECT_NEAR(grid_volume(filled), truth, 1e-6);
+    EXPECT_EQ(filled.mesh.cavities, 1U);
+    EXPECT_NEAR(grid_volume(fill(inside_out(mesh), 1)), truth, 1e-6) << "the whole nest inside out";
+}
+
+TEST(Voxelize, FlippedTrianglesAreTurnedBack) {
+    Mesh mesh = ball({0, 0, 0}, 10);
+    const double truth = signed_volume(mesh);
+    Rng random(3, 1, 4);
+    for (auto& triangle : mesh.triangles)
+        if (random.uniform() < 0.1) testing::flip(triangle);
+    const Filled filled = fill(mesh, 0.25);
+    EXPECT_GT(filled.mesh.misoriented_edges, 1000U);
+    EXPECT_NEAR(grid_volume(filled) / truth, 1, 1e-5);
+}
+
+TEST(Voxelize, DroppedTrianglesAreCapped) {
+    Mesh mesh = ball({0, 0, 0}, 10);
+    const double truth = signed_volume(mesh);
+    Rng random(3, 1, 5);
+    std::erase_if(mesh.triangles, [&](const auto&) { return random.uniform() < 0.02; });
+    for (const InsideRule rule : {InsideRule::Auto, InsideRule::Stab, InsideRule::Winding}) {
+        const Filled filled = fill(mesh, 0.25, rule);
+        EXPECT_GT(filled.mesh.holes, 100U);
+        EXPECT_NEAR(grid_volume(filled) / truth, 1, 0.002);
+    }
+}
+
+TEST(Voxelize, CoordinatesNearAMillionLoseNothing) {
+    const Mesh mesh = ball({0, 0, 0}, 3.7);
+    const Filled near = fill(mesh, 0.125);
+    const Filled far = fill(moved(mesh, {1e6, -1e6, 1e6}), 0.125);
+    EXPECT_NEAR(grid_volume(far) / grid_volume(near), 1, 1e-6);
+    EXPECT_EQ(far.grid.active_voxels, near.grid.active_voxels);
+}
+
+// The amount of dye in a process thinner than a voxel must not depend on its direction.
+TEST(Voxelize, AThinCylinderKeepsItsAmountInAnyDirection) {
+    const std::vector<Vec3> directions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0.01, 0.02}, {3, 5, 7}};
+    for (const Vec3& direction : directions) {
+        const Vec3 to = 60.0 * normalized(direction);
+        const Mesh mesh = cylinder({0.5, 0.5, 0.5}, to + Vec3{0.5, 0.5, 0.5}, 0.3, 96);
+        const Filled filled = fill(mesh, 1);
+        EXPECT_NEAR(grid_volume(filled) / (pi * 0.09 * 60), 1, 0.001) << direction.x << direction.y << direction.z;
+    }
+}
+
+TEST(Voxelize, UnweldedTrianglesAreAsGoodAsWelded) {
+    const Mesh mesh = ball({0, 0, 0}, 5);
+    Mesh loose;
+    for (const auto& t : mesh.triangles) {
+        const auto first = static_cast<std::uint32_t>(loose.vertices.size());
+        for (const std::uint32_t vertex : t)
+            loose.vertices.push_back(mesh.vertices[vertex]);
+        loose.triangles.push_back({first, first + 1, first + 2});
+    }
+    const Filled filled = fill(loose, 0.25);
+    EXPECT_TRUE(filled.mesh.watertight());
+    EXPECT_EQ(filled.mesh.vertices, mesh.vertices.size());
+    EXPECT_NEAR(grid_volume(filled), signed_volume(mesh), 1e-4 * signed_volume(mesh));
+}
+
+// Half a ball without its flat side: the cap is plane, so the answer is half a ball.
+TEST(Voxelize, APlaneHoleIsClosedByAPlane) {
+    Mesh half = ball({0, 0, 0}, 10);
+    std::erase_if(half.triangles, [&](const auto& t) {
+        return half.vertices[t[0]].z + half.vertices[t[1]].z + half.vertices[t[2]].z < 0;
+    });
+    const Filled filled = fill(half, 0.25);
+    EXPECT_EQ(filled.mesh.holes, 1U);
+    EXPECT_EQ(filled.mesh.uneven_holes, 0U);
+    EXPECT_EQ(filled.voxels.decided_by_winding, 0U);
+    EXPECT_NEAR(grid_volume(filled) / (2 * pi / 3 * 1000), 1, 0.005);
+}
+
+TEST(Voxelize, LongSpansAreTilesAndCostNoLeaves) {
+    const Filled filled = fill(box({0, 0, 0}, {512, 512, 512}), 1);
+    EXPECT_EQ(filled.grid.active_voxels, 512U * 512U * 512U);
+    EXPECT_LT(filled.grid.memory_bytes, 20'000'000U);
+}
+
+TEST(Voxelize, TheSameVoxelsForAnyNumberOfThreads) {
+    const Mesh mesh = joined(ball({0, 0, 0}, 10), ball({5, 3, 2}, 8));
+    const Filled many = fill(mesh, 0.2);
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    const Filled alone = fill(mesh, 0.2);
+    EXPECT_EQ(many.voxels.volume_um3, alone.voxels.volume_um3);
+    EXPECT_EQ(many.grid.total_mol, alone.grid.total_mol);
+    EXPECT_EQ(many.grid.active_voxels, alone.grid.active_voxels);
+}
+
+TEST(Voxelize, NothingInsideIsAnErrorAndNotAnEmptyGrid) {
+    Mesh sheet;
+    sheet.vertices = {{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}};
+    sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+    EXPECT_THROW(fill(sheet, 1), InputError);
+}
+
+TEST(Voxelize, AGridFarTooLargeIsRefusedWithTheLikelyCause) {
+    try {
+        fill(ball({0, 0, 0}, 20000), 0.1);
+        FAIL() << "should have thrown";
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("add --mesh-unit nm"), std::string::npos) << e.what();
+    }
+}
+
+}  // namespace
+}  // namespace fluovox

@@ -1,0 +1,95 @@
+#include "fluovox/volume/grid_info.h"
+
+#include "commands.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+
+namespace fluovox::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json vector_json(const Vec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+Json grid_json(const GridInfo& grid) {
+    Json json = {{"name", grid.entry.name}, {"value_type", grid.entry.value_type}, {"half", grid.entry.half}};
+    if (!grid.entry.readable) return json;
+    json["dye"] = grid.metadata.dye;
+    json["value_unit"] = grid.metadata.value_unit;
+    json["length_unit"] = grid.metadata.length_unit;
+    json["class"] = grid.grid_class;
+    json["source"] = grid.metadata.source;
+    json["source_sha256"] = grid.metadata.source_sha256;
+    json["fluovox_version"] = grid.metadata.fluovox_version;
+    json["voxel_size_um"] = vector_json(grid.voxel_size_um);
+    json["active_voxels"] = grid.active_voxels;
+    json["bbox_um"] = nullptr;
+    if (!grid.bbox_um.empty()) {
+        json["bbox_um"] = {{"min", vector_json(grid.bbox_um.min)}, {"max", vector_json(grid.bbox_um.max)}};
+    }
+    json["min"] = grid.min;
+    json["mean"] = grid.mean;
+    json["max"] = grid.max;
+    json["total_mol"] = grid.total_mol;
+    json["memory_bytes"] = grid.memory_bytes;
+    return json;
+}
+
+void print_grid(const GridInfo& grid) {
+    fmt::print("{}\n", grid.entry.name.empty() ? "(no name)" : grid.entry.name);
+    if (!grid.entry.readable) {
+        fmt::print("  values        {} (not a grid that fluovox reads)\n", grid.entry.value_type);
+        return;
+    }
+    const auto or_unknown = [](const std::string& text) { return text.empty() ? std::string("(not said)") : text; };
+    const std::string unit = grid.metadata.value_unit;
+    const Vec3& voxel = grid.voxel_size_um;
+    fmt::print("  dye           {}\n", or_unknown(grid.metadata.dye));
+    fmt::print("  values        {}{}, {}, in {}\n", grid.entry.value_type, grid.entry.half ? " (16 bit)" : "",
+               grid.grid_class, or_unknown(unit));
+    fmt::print("  voxel size    {:g} x {:g} x {:g} um\n", voxel.x, voxel.y, voxel.z);
+    fmt::print("  active voxels {}\n", grid.active_voxels);
+    if (!grid.bbox_um.empty()) {
+        const Vec3& low = grid.bbox_um.min;
+        const Vec3& high = grid.bbox_um.max;
+        fmt::print("  bounding box  [{:g}, {:g}, {:g}] to [{:g}, {:g}, {:g}] um\n", low.x, low.y, low.z, high.x, high.y,
+                   high.z);
+        fmt::print("  concentration min {:.6g}, mean {:.6g}, max {:.6g} {}\n", grid.min, grid.mean, grid.max, unit);
+        fmt::print("  total amount  {:.6g} mol\n", grid.total_mol);
+    }
+    fmt::print("  memory        {:.3g} MB\n", static_cast<double>(grid.memory_bytes) / 1e6);
+    if (!grid.metadata.source.empty()) fmt::print("  source        {}\n", grid.metadata.source);
+}
+
+}  // namespace
+
+ExitCode run_info(const std::vector<std::string>& arguments) {
+    CommandLine line("fluovox info FILE.vdb [--json]",
+                     "  fluovox info neuron.vdb\n"
+                     "  fluovox info neuron.vdb --json\n");
+    std::string file;
+    line.options().add_options()("file", po::value(&file)->value_name("FILE.vdb"), "the grid file");
+    line.positional("file", 1);
+    if (!line.parse(arguments)) return ExitCode::Ok;
+    if (file.empty()) line.fail("which file?");
+
+    const auto grids = inspect_grids(file);
+    if (line.common().json) {
+        Json json = {{"file", file}, {"grids", Json::array()}};
+        for (const GridInfo& grid : grids)
+            json["grids"].push_back(grid_json(grid));
+        fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+        return ExitCode::Ok;
+    }
+    fmt::print("{}: {} grid{}\n", file, grids.size(), grids.size() == 1 ? "" : "s");
+    for (const GridInfo& grid : grids)
+        print_grid(grid);
+    return ExitCode::Ok;
+}
+
+}  // namespace fluovox::tools

@@ -1,0 +1,122 @@
+#include "fluovox/core/atomic_file.h"
+#include "fluovox/core/progress.h"
+#include "fluovox/voxelize/specimen.h"
+
+#include "commands.h"
+#include "voxelize_options.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+#include <cstdio>
+
+namespace fluovox::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+long long peak_bytes() {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss * 1024LL;
+}
+
+Json part_json(const PartReport& part) {
+    const MeshReport& mesh = part.mesh;
+    return {{"name", part.name},
+            {"sha256", part.sha256},
+            {"watertight", mesh.watertight()},
+            {"vertices", mesh.vertices},
+            {"triangles", mesh.triangles},
+            {"welded_vertices", mesh.welded_vertices},
+            {"degenerate_triangles", mesh.degenerate_triangles},
+            {"boundary_edges", mesh.boundary_edges},
+            {"nonmanifold_edges", mesh.nonmanifold_edges},
+            {"misoriented_edges", mesh.misoriented_edges},
+            {"components", mesh.components},
+            {"cavities", mesh.cavities},
+            {"flipped_triangles", mesh.flipped_triangles},
+            {"flipped_components", mesh.flipped_components},
+            {"holes", mesh.holes},
+            {"uneven_holes", mesh.uneven_holes},
+            {"area_um2", mesh.area_um2},
+            {"volume_um3", mesh.volume_um3}};
+}
+
+Json group_json(const GroupReport& group) {
+    const VoxelizeReport& voxels = group.voxels;
+    const double share =
+        voxels.voxels == 0 ? 0 : static_cast<double>(voxels.decided_by_winding) / static_cast<double>(voxels.voxels);
+    constexpr double kMolPerUmolLitreUm3 = 1e-21;
+    Json json = {{"dye", group.dye},
+                 {"concentration_umol_per_L", group.concentration_uM},
+                 {"voxels", voxels.voxels},
+                 {"volume_um3", voxels.volume_um3},
+                 {"winding_um3", voxels.winding_um3},
+                 {"amount_mol", voxels.volume_um3 * group.concentration_uM * kMolPerUmolLitreUm3},
+                 {"winding_share", share},
+                 {"seconds", group.seconds},
+                 {"meshes", Json::array()}};
+    for (const PartReport& part : group.parts)
+        json["meshes"].push_back(part_json(part));
+    return json;
+}
+
+Json report_json(const SpecimenResult& result, const std::string& output) {
+    Json json = {{"output", output}, {"voxel_size_um", result.voxel_size_um}, {"groups", Json::array()}};
+    for (const GroupReport& group : result.groups)
+        json["groups"].push_back(group_json(group));
+    json["peak_memory_bytes"] = peak_bytes();
+    return json;
+}
+
+std::string text_of(const Json& json) {
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+void print_summary(const SpecimenResult& result, const std::string& output) {
+    std::string text;
+    double seconds = 0;
+    for (const GroupReport& group : result.groups)
+        seconds += group.seconds;
+    for (const DyeGrid& grid : result.grids) {
+        const GridInfo info = inspect_dye_grid(grid);
+        text += fmt::format(" {} {} voxels, {:.6g} mol;", info.entry.name, info.active_voxels, info.total_mol);
+    }
+    fmt::print("{}:{} voxels of {:g} um, {:.2f} s, {} MB\n", output, text, result.voxel_size_um, seconds,
+               peak_bytes() / 1000000);
+}
+
+}  // namespace
+
+ExitCode run_voxelize(const std::vector<std::string>& arguments) {
+    VoxelizeRequest request;
+    CommandLine line = voxelize_command_line();
+    if (!parse_voxelize(line, arguments, request)) return ExitCode::Ok;
+    const auto progress = make_progress(line.common());
+    const auto say = [&](const std::string& remark) {
+        if (!line.common().quiet) fmt::print(stderr, "fluovox: {}\n", remark);
+    };
+    for (const std::string& remark : request.remarks)
+        say(remark);
+
+    const SpecimenResult result = voxelize_specimen(request.groups, request.settings, *progress);
+    if (progress->stopped()) {
+        say("stopped; nothing was written");
+        return ExitCode::Stopped;
+    }
+    for (const std::string& remark : result.remarks)
+        say("warning: " + remark);
+    save_dye_grids(request.output, result.grids);
+    const Json report = report_json(result, request.output);
+    if (!request.report.empty()) write_text_file(request.report, text_of(report));
+    if (line.common().json) {
+        fmt::print("{}", text_of(report));
+    } else {
+        print_summary(result, request.output);
+    }
+    return ExitCode::Ok;
+}
+
+}  // namespace fluovox::tools

@@ -1,0 +1,241 @@
+#include "voxelize_options.h"
+
+#include "fluovox/core/quantity.h"
+#include "fluovox/medium/dye_library.h"
+#include "fluovox/voxelize/mesh_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+namespace fluovox::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+double quantity(const CommandLine& line, const std::string& option, const std::string& text, Dimension dimension) {
+    try {
+        return parse_quantity(text, dimension);
+    } catch (const std::invalid_argument& e) {
+        line.fail(option + ' ' + text + ": " + e.what());
+    }
+}
+
+double positive_length(const CommandLine& line, const std::string& option, const std::string& text) {
+    const double um = quantity(line, option, text, Dimension::Length);
+    if (!(um > 0)) line.fail(option + ' ' + text + ": must be greater than zero");
+    return um;
+}
+
+/// "nm", "um", "8nm": micrometres per unit of the mesh.
+double mesh_unit(const CommandLine& line, const std::string& text) {
+    const bool has_number = !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) != 0 || text[0] == '.');
+    return positive_length(line, "--mesh-unit", has_number ? text : "1" + text);
+}
+
+/// "0um,0um,0um,10um,20um,5um": two corners.
+Bounds box(const CommandLine& line, const std::string& option, const std::string& text) {
+    std::vector<std::string> parts(1);
+    for (const char c : text) {
+        if (c == ',') {
+            parts.emplace_back();
+        } else {
+            parts.back() += c;
+        }
+    }
+    if (parts.size() != 6)
+        line.fail(option + ' ' + text + ": wants X0,Y0,Z0,X1,Y1,Z1, for example 0um,0um,0um,50um,50um,20um");
+    Bounds bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<std::size_t>(axis);
+        bounds.min[axis] = quantity(line, option, parts[i], Dimension::Length);
+        bounds.max[axis] = quantity(line, option, parts[i + 3], Dimension::Length);
+        if (!(bounds.min[axis] < bounds.max[axis])) line.fail(option + ' ' + text + ": the box is empty");
+    }
+    return bounds;
+}
+
+struct DyeChoice {
+    std::string name;
+    double concentration_uM = 0;
+};
+
+DyeChoice parse_dye(const CommandLine& line, const std::string& text, std::vector<std::string>& remarks) {
+    const auto equals = text.rfind('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+        line.fail("--dye " + text + ": wants NAME=CONCENTRATION, for example EGFP=5uM");
+    }
+    DyeChoice choice;
+    choice.concentration_uM = quantity(line, "--dye", text.substr(equals + 1), Dimension::Concentration);
+    if (!(choice.concentration_uM > 0)) line.fail("--dye " + text + ": the concentration must be greater than zero");
+    const std::string name = text.substr(0, equals);
+    if (const auto match = find_dye(name)) {
+        choice.name = match->dye.name;
+        if (!match->remark.empty()) remarks.push_back(match->remark);
+    } else if (name.ends_with(".toml") || name.find('/') != std::string::npos) {
+        choice.name = load_dye(name).name;
+    } else {
+        throw Error(ExitCode::Scene, "--dye " + text + ": " + unknown_dye_message(name));
+    }
+    constexpr double kAbsurd_uM = 1e5;
+    if (choice.concentration_uM > kAbsurd_uM) {
+        remarks.push_back(
+            fmt::format("warning: {} at {:g} mol/L is more than any dye dissolves; was a smaller unit meant?",
+                        choice.name, choice.concentration_uM * 1e-6));
+    }
+    return choice;
+}
+
+/// The files that one positional argument stands for: itself, or the meshes of a folder by name.
+std::vector<fs::path> mesh_files(const std::string& argument) {
+    if (!fs::is_directory(argument)) return {argument};
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(argument))
+        if (entry.is_regular_file() && is_mesh_file(entry.path())) files.push_back(entry.path());
+    if (files.empty()) throw InputError(argument + ": has no meshes");
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+/// Joins groups of one dye and concentration, so that their meshes become one union.
+void add_group(std::vector<SpecimenGroup>& groups, SpecimenGroup group) {
+    for (SpecimenGroup& there : groups) {
+        if (there.dye != group.dye || there.concentration_uM != group.concentration_uM) continue;
+        there.parts.insert(there.parts.end(), group.parts.begin(), group.parts.end());
+        return;
+    }
+    groups.push_back(std::move(group));
+}
+
+/// `--dye` covers the meshes since the last `--dye`; a single one covers all, wherever it stands.
+std::vector<SpecimenGroup> parse_groups(const CommandLine& line, double um_per_unit, bool single,
+                                        std::vector<std::string>& remarks) {
+    std::vector<SpecimenGroup> groups;
+    SpecimenGroup group;
+    std::optional<DyeChoice> only;
+    for (const po::option& option : line.in_order()) {
+        if (option.string_key == "mesh") {
+            for (const fs::path& file : mesh_files(option.value.front()))
+                group.parts.push_back({file, file.string(), um_per_unit, {}});
+        } else if (option.string_key == "dye") {
+            const DyeChoice dye = parse_dye(line, option.value.front(), remarks);
+            only = dye;
+            if (single) continue;
+            if (group.parts.empty()) line.fail("--dye " + option.value.front() + " has no mesh before it");
+            group.dye = dye.name;
+            group.concentration_uM = dye.concentration_uM;
+            add_group(groups, std::exchange(group, {}));
+        }
+    }
+    if (single && only && !group.parts.empty()) {
+        group.dye = only->name;
+        group.concentration_uM = only->concentration_uM;
+        groups.push_back(std::exchange(group, {}));
+    }
+    if (!group.parts.empty()) line.fail("no --dye NAME=CONCENTRATION follows " + group.parts.front().name);
+    return groups;
+}
+
+template <class Choice>
+Choice choose(const CommandLine& line, const std::string& option,
+              const std::vector<std::pair<const char*, Choice>>& all) {
+    const auto& text = line.values()[option].as<std::string>();
+    std::string names;
+    for (const auto& [name, choice] : all) {
+        if (text == name) return choice;
+        names += (names.empty() ? "" : ", ") + std::string(name);
+    }
+    line.fail("--" + option + ' ' + text + ": is one of " + names);
+}
+
+void parse_settings(const CommandLine& line, SpecimenSettings& settings) {
+    const auto& values = line.values();
+    if (values.count("voxel-size") == values.count("resolution")) {
+        line.fail("give --voxel-size LENGTH or --resolution N (voxels along the longest side)");
+    }
+    if (values.count("voxel-size") != 0) {
+        settings.voxels.voxel_size_um = positive_length(line, "--voxel-size", values["voxel-size"].as<std::string>());
+    } else {
+        settings.resolution = values["resolution"].as<int>();
+        constexpr int kMost = 1 << 20;
+        if (settings.resolution < 1 || settings.resolution > kMost) line.fail("--resolution must be 1 to 1048576");
+    }
+    const double padding = values.count("padding") == 0
+                               ? 0
+                               : quantity(line, "--padding", values["padding"].as<std::string>(), Dimension::Length);
+    for (const char* option : {"bbox", "clip"}) {
+        if (values.count(option) == 0) continue;
+        Bounds bounds = box(line, std::string("--") + option, values[option].as<std::string>());
+        bounds.min = bounds.min - Vec3{padding, padding, padding};
+        bounds.max = bounds.max + Vec3{padding, padding, padding};
+        settings.voxels.clip_um = bounds;
+        if (std::string(option) == "bbox") settings.bbox_um = bounds;
+    }
+    settings.voxels.inside = choose<InsideRule>(
+        line, "inside", {{"auto", InsideRule::Auto}, {"stab", InsideRule::Stab}, {"winding", InsideRule::Winding}});
+    settings.overlap = choose<OverlapRule>(line, "overlap",
+                                           {{"max", OverlapRule::Max},
+                                            {"sum", OverlapRule::Sum},
+                                            {"first", OverlapRule::First},
+                                            {"last", OverlapRule::Last}});
+    settings.voxels.max_bytes = values["max-bytes"].as<double>();
+    settings.half = values["half"].as<bool>();
+    settings.strict = values["strict"].as<bool>();
+}
+
+}  // namespace
+
+CommandLine voxelize_command_line() {
+    CommandLine line("fluovox voxelize MESH... -o OUT.vdb --dye NAME=CONCENTRATION --voxel-size LENGTH",
+                     "  fluovox voxelize neuron.obj -o neuron.vdb --dye EGFP=5uM --voxel-size 0.1um\n"
+                     "  fluovox voxelize cell.ply -o cell.vdb --dye EGFP=5uM --voxel-size 50nm --mesh-unit nm\n"
+                     "  fluovox voxelize axon.ply dendrite.ply --dye EGFP=5uM nucleus.stl --dye DAPI=1uM \\\n"
+                     "      -o cell.vdb --resolution 512\n");
+    auto add = line.options().add_options();
+    add("mesh", po::value<std::vector<std::string>>()->value_name("MESH"),
+        "OBJ, PLY, STL, OFF, glTF, GLB; a folder stands for all its meshes");
+    add("output,o", po::value<std::string>()->value_name("OUT.vdb"), "the grid file to write");
+    add("dye", po::value<std::vector<std::string>>()->composing()->value_name("NAME=CONC"),
+        "dye and concentration of the meshes since the last --dye: EGFP=5uM, or mydye.toml=2uM");
+    add("voxel-size", po::value<std::string>()->value_name("LENGTH"), "0.1um, 20nm");
+    add("resolution", po::value<int>()->value_name("N"), "instead: voxels along the longest side of everything");
+    add("mesh-unit", po::value<std::string>()->value_name("UNIT"),
+        "what one unit of the meshes is: nm, um, 8nm (default: um; glTF says metres itself)");
+    add("inside", po::value<std::string>()->default_value("auto")->value_name("RULE"),
+        "at holes: stab (caps), winding (generalized winding number), auto (caps where the hole is flat)");
+    add("overlap", po::value<std::string>()->default_value("max")->value_name("RULE"),
+        "where meshes of one dye with different concentrations overlap: max, sum, first, last");
+    add("bbox", po::value<std::string>()->value_name("BOX"),
+        "X0,Y0,Z0,X1,Y1,Z1: only this part, and what --resolution means");
+    add("clip", po::value<std::string>()->value_name("BOX"), "X0,Y0,Z0,X1,Y1,Z1: only this part");
+    add("padding", po::value<std::string>()->value_name("LENGTH"), "makes the box larger on every side");
+    add("half", po::bool_switch(), "store 16 bits a value");
+    add("strict", po::bool_switch(), "refuse meshes that are not watertight");
+    add("repair", po::bool_switch(), "does nothing: damaged meshes are always repaired as far as possible");
+    add("report", po::value<std::string>()->value_name("FILE.json"), "what was found in each mesh, and the volumes");
+    add("max-bytes", po::value<double>()->default_value(8.0 * (1LL << 30), "8 GiB")->value_name("N"),
+        "stop when the grid would be larger");
+    line.positional("mesh", -1);
+    return line;
+}
+
+bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments, VoxelizeRequest& request) {
+    if (!line.parse(arguments)) return false;
+    const auto& values = line.values();
+    if (values.count("mesh") == 0) line.fail("which mesh?");
+    if (values.count("output") == 0) line.fail("where to? add -o OUT.vdb");
+    if (values.count("dye") == 0) line.fail("which dye? add --dye NAME=CONCENTRATION, for example --dye EGFP=5uM");
+    parse_settings(line, request.settings);
+    const double unit = values.count("mesh-unit") == 0 ? 0 : mesh_unit(line, values["mesh-unit"].as<std::string>());
+    const bool single = values["dye"].as<std::vector<std::string>>().size() == 1;
+    request.groups = parse_groups(line, unit, single, request.remarks);
+    request.output = values["output"].as<std::string>();
+    if (values.count("report") != 0) request.report = values["report"].as<std::string>();
+    return true;
+}
+
+}  // namespace fluovox::tools

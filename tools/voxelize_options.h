@@ -1,0 +1,27 @@
+#pragma once
+
+#include "fluovox/voxelize/specimen.h"
+
+#include "command.h"
+
+#include <string>
+#include <vector>
+
+namespace fluovox::tools {
+
+/// What `fluovox voxelize` was asked to do.
+struct VoxelizeRequest {
+    std::vector<SpecimenGroup> groups;
+    SpecimenSettings settings;
+    std::string output;
+    std::string report;                ///< JSON file; empty: none
+    std::vector<std::string> remarks;  ///< "GFP" stands for EGFP, an absurd concentration ...
+};
+
+CommandLine voxelize_command_line();
+
+/// Fills `request` from the command line; false when only the help was wanted. Throws UsageError, InputError (folders
+/// that don't exist) and, for dyes, what resolve_dye throws.
+bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments, VoxelizeRequest& request);
+
+}  // namespace fluovox::tools
