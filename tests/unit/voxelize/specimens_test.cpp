@@ -31,7 +31,7 @@ std::optional<Filled> fill(const std::string& name, int resolution, InsideRule i
     return Filled{solids[0].report, voxelize(solids, settings, progress).report};
 }
 
-#define FILL_OR_SKIP(filled, ...)           \
+#define FILL_OR_SKIP(filled, ...)          \
     const auto filled = fill(__VA_ARGS__); \
     if (!(filled)) GTEST_SKIP() << "no specimen in " << kMeshes
 
