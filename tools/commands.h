@@ -6,6 +6,7 @@ namespace fluovox::tools {
 
 // Each is one file of this folder, named after it.
 ExitCode run_check(const std::vector<std::string>& arguments);
+ExitCode run_demo(const std::vector<std::string>& arguments);
 ExitCode run_dyes(const std::vector<std::string>& arguments);
 ExitCode run_render(const std::vector<std::string>& arguments);
 ExitCode run_info(const std::vector<std::string>& arguments);

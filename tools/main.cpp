@@ -16,6 +16,7 @@ using fluovox::tools::Command;
 
 // In the order of a first session; each is a file of this folder.
 constexpr auto kCommands = std::to_array<Command>({
+    {"demo", "writes a built-in specimen and its scene", fluovox::tools::run_demo},
     {"check", "read and resolve a scene, print it with every default", fluovox::tools::run_check},
     {"render", "the image of a scene", fluovox::tools::run_render},
     {"voxelize", "meshes to a VDB grid of dye concentration", fluovox::tools::run_voxelize},

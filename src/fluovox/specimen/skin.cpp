@@ -2,6 +2,7 @@
 
 #include "fluovox/core/bounds.h"
 #include "fluovox/core/error.h"
+#include "fluovox/specimen/solids.h"
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/VolumeToMesh.h>
@@ -58,33 +59,33 @@ void melt_in(const RoundCone& piece, const Lattice& lattice, FloatGrid::Accessor
 }
 
 /// Cuts quadrilaterals along the shorter diagonal, unless that joins two points already joined elsewhere.
-Surface triangles_of(const std::vector<openvdb::Vec3s>& points, const std::vector<openvdb::Vec4I>& quads,
-                     const Lattice& lattice) {
-    Surface surface;
-    surface.points.reserve(points.size());
+Mesh triangles_of(const std::vector<openvdb::Vec3s>& points, const std::vector<openvdb::Vec4I>& quads,
+                  const Lattice& lattice) {
+    Mesh mesh;
+    mesh.vertices.reserve(points.size());
     for (const auto& p : points) {
         const Vec3 index{static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())};
-        surface.points.push_back(lattice.spacing_um * (index + lattice.shift));
+        mesh.vertices.push_back(lattice.spacing_um * (index + lattice.shift));
     }
-    surface.triangles.reserve(2 * quads.size());
+    mesh.triangles.reserve(2 * quads.size());
     for (const auto& q : quads) {
-        const auto diagonal = [&](int i, int j) { return length_squared(surface.points[q[i]] - surface.points[q[j]]); };
+        const auto diagonal = [&](int i, int j) { return length_squared(mesh.vertices[q[i]] - mesh.vertices[q[j]]); };
         if (diagonal(0, 2) <= diagonal(1, 3)) {
-            surface.triangles.push_back({q[0], q[1], q[2]});
-            surface.triangles.push_back({q[0], q[2], q[3]});
+            mesh.triangles.push_back({q[0], q[1], q[2]});
+            mesh.triangles.push_back({q[0], q[2], q[3]});
         } else {
-            surface.triangles.push_back({q[0], q[1], q[3]});
-            surface.triangles.push_back({q[1], q[2], q[3]});
+            mesh.triangles.push_back({q[0], q[1], q[3]});
+            mesh.triangles.push_back({q[1], q[2], q[3]});
         }
     }
-    if (signed_volume_um3(surface) < 0) {
-        for (auto& triangle : surface.triangles)
+    if (signed_volume(mesh) < 0) {
+        for (auto& triangle : mesh.triangles)
             std::swap(triangle[1], triangle[2]);
     }
-    return surface;
+    return mesh;
 }
 
-Surface skin_on(const std::vector<RoundCone>& pieces, const Lattice& lattice) {
+Mesh skin_on(const std::vector<RoundCone>& pieces, const Lattice& lattice) {
     constexpr float kOutside_um = 1e3F;
     const auto grid = FloatGrid::create(kOutside_um);
     auto distances = grid->getAccessor();
@@ -124,14 +125,14 @@ std::vector<RoundCone> body_of(const Morphology& morphology) {
     return pieces;
 }
 
-Surface make_skin(const std::vector<RoundCone>& pieces, double resolution_um) {
+Mesh make_skin(const std::vector<RoundCone>& pieces, double resolution_um) {
     if (!(resolution_um > 0)) throw InputError("the surface's resolution must be positive");
-    Surface best;
+    Mesh best;
     std::size_t fewest = 0;
     // A lattice may touch the body so that two sheets of the surface share an edge; another one will not.
     for (int attempt = 0; attempt < 8; ++attempt) {
         const Lattice lattice{resolution_um, {0.37 * attempt, 0.61 * attempt, 0.83 * attempt}};
-        Surface skin = skin_on(pieces, lattice);
+        Mesh skin = skin_on(pieces, lattice);
         const std::size_t bad = count_bad_edges(skin);
         if (attempt == 0 || bad < fewest) {
             best = std::move(skin);

@@ -2,7 +2,7 @@
 
 #include "fluovox/specimen/morphology.h"
 #include "fluovox/specimen/round_cone.h"
-#include "fluovox/specimen/surface.h"
+#include "fluovox/voxelize/mesh.h"
 
 #include <vector>
 
@@ -15,6 +15,6 @@ std::vector<RoundCone> body_of(const Morphology& morphology);
 /// The closed surface of the smooth union of `pieces`, in triangles of about `resolution_um`: each edge borders exactly
 /// two triangles, which face outwards. The same pieces give the same surface for any number of threads.
 /// Details thinner than `resolution_um` may be lost. Throws InputError when `resolution_um` is not positive.
-Surface make_skin(const std::vector<RoundCone>& pieces, double resolution_um);
+Mesh make_skin(const std::vector<RoundCone>& pieces, double resolution_um);
 
 }  // namespace fluovox

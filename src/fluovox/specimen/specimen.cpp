@@ -6,6 +6,7 @@
 #include "fluovox/core/version.h"
 #include "fluovox/specimen/pyramidal_neuron.h"
 #include "fluovox/specimen/skin.h"
+#include "fluovox/specimen/solids.h"
 
 #include <fmt/format.h>
 
@@ -38,22 +39,11 @@ Specimen make_beads() {
     for (const double z : {-kSpacing_um, 0.0, kSpacing_um}) {
         for (const double y : {-kSpacing_um, 0.0, kSpacing_um}) {
             for (const double x : {-kSpacing_um, 0.0, kSpacing_um})
-                body.surface.add(make_ball({x, y, z}, kRadius_um, 4));
+                append(body.mesh, make_ball({x, y, z}, kRadius_um, 4));
         }
     }
     beads.bodies.push_back(std::move(body));
     return beads;
-}
-
-const SpecimenInfo& info_of(const std::string& name) {
-    const auto& all = specimens();
-    const auto found = std::find_if(all.begin(), all.end(), [&](const SpecimenInfo& s) { return s.name == name; });
-    if (found != all.end()) return *found;
-    std::vector<std::string> names;
-    for (const SpecimenInfo& specimen : all)
-        names.push_back(specimen.name);
-    throw UsageError(
-        fmt::format("no specimen \"{}\"{}\nThere are: {}", name, did_you_mean(name, names), fmt::join(names, ", ")));
 }
 
 }  // namespace
@@ -68,8 +58,19 @@ const std::vector<SpecimenInfo>& specimens() {
     return all;
 }
 
+const SpecimenInfo& find_specimen(const std::string& name) {
+    const auto& all = specimens();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const SpecimenInfo& s) { return s.name == name; });
+    if (found != all.end()) return *found;
+    std::vector<std::string> names;
+    for (const SpecimenInfo& specimen : all)
+        names.push_back(specimen.name);
+    throw UsageError(
+        fmt::format("no specimen \"{}\"{}\nThere are: {}", name, did_you_mean(name, names), fmt::join(names, ", ")));
+}
+
 Specimen make_specimen(const std::string& name, std::uint64_t seed) {
-    info_of(name);
+    find_specimen(name);
     Specimen specimen = name == "neuron" ? make_neuron(seed) : name == "beads" ? make_beads() : Specimen{};
     specimen.scene_toml = embedded_text("volumes/" + name + "/scene.toml");
     return specimen;

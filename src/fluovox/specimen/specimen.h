@@ -1,6 +1,6 @@
 #pragma once
 
-#include "fluovox/specimen/surface.h"
+#include "fluovox/voxelize/mesh.h"
 
 #include <cstdint>
 #include <string>
@@ -19,12 +19,15 @@ struct SpecimenInfo {
 /// All of them.
 const std::vector<SpecimenInfo>& specimens();
 
+/// One of them; throws UsageError with their names when there is none of that name.
+const SpecimenInfo& find_specimen(const std::string& name);
+
 /// A body full of one dye.
 struct LabelledBody {
     std::string file;  ///< of its mesh, "neuron.obj"
     std::string dye;   ///< "EGFP"
     double concentration_uM = 0;
-    Surface surface;
+    Mesh mesh;
     std::string comment;
 };
 
@@ -35,7 +38,7 @@ struct Specimen {
     std::string scene_toml;  ///< reads the grid NAME.vdb
 };
 
-/// `name` is one of `specimens()`; throws UsageError with their names otherwise.
+/// `name` is one of `specimens()`; throws UsageError otherwise.
 Specimen make_specimen(const std::string& name, std::uint64_t seed);
 
 }  // namespace fluovox

@@ -2,14 +2,19 @@
 
 #include "fluovox/core/bounds.h"
 #include "fluovox/core/error.h"
+#include "fluovox/core/progress.h"
 #include "fluovox/core/rng.h"
 #include "fluovox/specimen/pyramidal_neuron.h"
 #include "fluovox/specimen/skin.h"
+#include "fluovox/specimen/solids.h"
+#include "fluovox/specimen/write_specimen.h"
+#include "fluovox/volume/grid_info.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <sstream>
 #include <string>
@@ -46,16 +51,16 @@ TEST(RoundCone, DistanceIsThatOfTheUnionOfItsSpheres) {
 
 TEST(Ball, IsClosedAndHasExactlyTheVolumeOfTheSphere) {
     for (const int divisions : {0, 1, 3}) {
-        const Surface ball = make_ball({10, -20, 30}, 5, divisions);
+        const Mesh ball = make_ball({10, -20, 30}, 5, divisions);
         EXPECT_EQ(ball.triangles.size(), 20U << (2 * divisions));
         EXPECT_EQ(count_bad_edges(ball), 0U);
-        EXPECT_NEAR(signed_volume_um3(ball), 4 * kPi / 3 * 125, 1e-6);
+        EXPECT_NEAR(signed_volume(ball), 4 * kPi / 3 * 125, 1e-6);
     }
 }
 
-TEST(Surface, CountsTheEdgesOfAHoleAndOfATriangleTurnedOver) {
-    Surface ball = make_ball({0, 0, 0}, 1, 2);
-    Surface turned = ball;
+TEST(Solids, CountsTheEdgesOfAHoleAndOfATriangleTurnedOver) {
+    Mesh ball = make_ball({0, 0, 0}, 1, 2);
+    Mesh turned = ball;
     std::swap(turned.triangles[7][0], turned.triangles[7][1]);
     EXPECT_EQ(count_bad_edges(turned), 3U);
     ball.triangles.pop_back();
@@ -65,10 +70,10 @@ TEST(Surface, CountsTheEdgesOfAHoleAndOfATriangleTurnedOver) {
 TEST(Skin, OfACapsuleIsClosedFacesOutwardsAndHasItsVolume) {
     const double radius = 2;
     const double along = 6;
-    const Surface skin = make_skin({{{0, 0, 0}, {along, 0, 0}, radius, radius, 0}}, 0.2);
+    const Mesh skin = make_skin({{{0, 0, 0}, {along, 0, 0}, radius, radius, 0}}, 0.2);
     const double volume = kPi * radius * radius * along + 4 * kPi / 3 * radius * radius * radius;
     EXPECT_EQ(count_bad_edges(skin), 0U);
-    EXPECT_NEAR(signed_volume_um3(skin) / volume, 1, 0.01);
+    EXPECT_NEAR(signed_volume(skin) / volume, 1, 0.01);
 }
 
 TEST(Skin, RefusesAResolutionThatIsNotPositive) {
@@ -137,24 +142,40 @@ TEST(Neuron, SurfaceIsClosedAndTheSameForAnyNumberOfThreads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
         return make_specimen("neuron", 8);
     }();
-    const Surface& cell = one.bodies[0].surface;
-    const Surface& nucleus = one.bodies[1].surface;
+    const Mesh& cell = one.bodies[0].mesh;
+    const Mesh& nucleus = one.bodies[1].mesh;
     EXPECT_EQ(count_bad_edges(cell), 0U);
     EXPECT_EQ(count_bad_edges(nucleus), 0U);
-    EXPECT_GT(signed_volume_um3(cell), 5000);
-    EXPECT_LT(signed_volume_um3(cell), 12000);
-    EXPECT_GT(signed_volume_um3(nucleus), 400);
+    EXPECT_GT(signed_volume(cell), 5000);
+    EXPECT_LT(signed_volume(cell), 12000);
+    EXPECT_GT(signed_volume(nucleus), 400);
     EXPECT_GT(cell.triangles.size(), 100'000U);
     EXPECT_LT(cell.triangles.size(), 400'000U);
     const Specimen two = make_specimen("neuron", 8);
-    EXPECT_EQ(to_obj(cell, ""), to_obj(two.bodies[0].surface, ""));
+    EXPECT_EQ(to_obj(cell, ""), to_obj(two.bodies[0].mesh, ""));
 }
 
 TEST(Beads, AreTwentySevenSpheresOfTenMicrometres) {
     const Specimen beads = make_specimen("beads", 0);
     ASSERT_EQ(beads.bodies.size(), 1U);
-    EXPECT_EQ(count_bad_edges(beads.bodies[0].surface), 0U);
-    EXPECT_NEAR(signed_volume_um3(beads.bodies[0].surface), 27 * kPi / 6 * 1000, 1e-3);
+    EXPECT_EQ(count_bad_edges(beads.bodies[0].mesh), 0U);
+    EXPECT_NEAR(signed_volume(beads.bodies[0].mesh), 27 * kPi / 6 * 1000, 1e-3);
+}
+
+TEST(Specimens, BeadsOnDiskHoldTheAmountOfDyeTheirReadmeStates) {
+    const auto folder = std::filesystem::temp_directory_path() / "fluovox_specimen_test_beads";
+    NoProgress silent;
+    const auto files = write_specimen("beads", folder, {}, silent);
+    ASSERT_EQ(files.size(), 3U);
+    const auto grids = inspect_grids(folder / "beads.vdb");
+    ASSERT_EQ(grids.size(), 1U);
+    EXPECT_EQ(grids[0].entry.name, "EGFP");
+    EXPECT_EQ(grids[0].metadata.value_unit, "umol/L");
+    EXPECT_EQ(grids[0].metadata.source, "beads.obj");
+    EXPECT_EQ(grids[0].metadata.source_sha256.size(), 64U);
+    EXPECT_NEAR(grids[0].total_mol / 7.069e-16, 1, 0.001);
+    EXPECT_NEAR(grids[0].max, 50, 1e-3);
+    std::filesystem::remove_all(folder);
 }
 
 TEST(Specimens, AnUnknownNameGetsTheListAndAGuess) {

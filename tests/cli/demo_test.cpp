@@ -1,0 +1,44 @@
+#include "fluovox/core/text.h"
+
+#include "cli/run_program.h"
+
+#include <string>
+#include <vector>
+
+namespace fluovox::testing {
+namespace {
+
+TEST_F(ProgramTest, DemoSaysWhatItHasAndWhatItNeeds) {
+    write("file", "in the way");
+    expect_rows({
+        {"alone lists the specimens",
+         {"demo"},
+         0,
+         "^$",
+         "neuron[\\s\\S]*beads[\\s\\S]*cuvette-gfp[\\s\\S]*cuvette-rfp"},
+        {"as JSON too", {"demo", "--json"}, 0, "^$", "\"name\": \"beads\""},
+        {"examples come first in the help", {"demo", "--help"}, 0, "^$", "^Examples:"},
+        {"a slip of the name", {"demo", "neurone", "-o", "out"}, 2, "did you mean \"neuron\"", "", {}, {"out"}},
+        {"no folder", {"demo", "beads"}, 2, "-o FOLDER"},
+        {"a voxel size without unit", {"demo", "beads", "-o", "out", "--voxel-size", "3"}, 2, "unit", "", {}, {"out"}},
+        {"a voxel size of nothing",
+         {"demo", "beads", "-o", "out", "--voxel-size", "0um"},
+         2,
+         "positive",
+         "",
+         {},
+         {"out"}},
+        {"a file where the folder should be", {"demo", "cuvette-gfp", "-o", "file/out"}, 5, "file/out"},
+    });
+}
+
+TEST_F(ProgramTest, DemoWritesTheSceneOfTheRepositoryAndTheNextCommand) {
+    const ProgramResult result = run({"demo", "cuvette-gfp", "-o", "new/folder"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(found("Next: fluovox render new/folder/scene.toml -o new/folder/cuvette-gfp.exr", result.out));
+    EXPECT_EQ(files(), std::vector<std::string>{"new/folder/scene.toml"});
+    EXPECT_EQ(read("new/folder/scene.toml"), load_text(FLUOVOX_SOURCE_DIR "/volumes/cuvette-gfp/scene.toml"));
+}
+
+}  // namespace
+}  // namespace fluovox::testing
