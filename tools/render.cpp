@@ -1,5 +1,6 @@
 #include "fluovox/transport/render.h"
 
+#include "fluovox/core/atomic_file.h"
 #include "fluovox/core/memory.h"
 #include "fluovox/core/progress.h"
 #include "fluovox/image/exr.h"
@@ -80,6 +81,8 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     if (line.values().count("output") == 0) line.fail("where to? -o OUT.exr");
     const fs::path output = line.values()["output"].as<std::string>();
     if (output.extension() != ".exr") line.fail("the image is an OpenEXR file: -o OUT.exr");
+
+    require_writable(output);
 
     const auto begin = std::chrono::steady_clock::now();
     SceneDescription description = load_scene_description(line.values()["scene"].as<std::string>(), overrides(line));

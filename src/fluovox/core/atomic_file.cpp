@@ -26,7 +26,9 @@ void flush_to_disk(const fs::path& temporary, const fs::path& path) {
     if (failed != 0 && reason != EINVAL) throw OutputError(path.string() + ": " + std::strerror(reason));
 }
 
-void require_folder(const fs::path& path) {
+}  // namespace
+
+void require_writable(const fs::path& path) {
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     std::error_code ignored;
     if (!fs::is_directory(folder, ignored)) {
@@ -38,10 +40,8 @@ void require_folder(const fs::path& path) {
     }
 }
 
-}  // namespace
-
 void write_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
-    require_folder(path);
+    require_writable(path);
     // The temporary keeps the extension, since some libraries choose the format by it.
     const fs::path temporary = path.parent_path() / ("." + path.stem().string() + "." + std::to_string(::getpid()) +
                                                      path.extension().string());

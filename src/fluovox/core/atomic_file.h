@@ -12,6 +12,10 @@ namespace fluovox {
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 
+/// Throws the OutputError that `write_atomically` would throw for a folder that is missing or not writable: to be asked
+/// before long work, not after it.
+void require_writable(const std::filesystem::path& path);
+
 /// Writes `text` to `path` by `write_atomically`.
 void write_text_file(const std::filesystem::path& path, std::string_view text);
 

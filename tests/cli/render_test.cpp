@@ -1,0 +1,156 @@
+#include "cli/run_program.h"
+
+#include <string>
+
+namespace fluovox::testing {
+namespace {
+
+// A dye box in a thin host, lit by a laser beam and a lamp band: every kind of layer has light.
+const std::string kScene = R"([[medium]]
+dye           = "EGFP"
+concentration = "10 uM"
+region        = { box = { min = ["-200 um", "-200 um", "-200 um"], max = ["200 um", "200 um", "200 um"] } }
+[[medium]]
+scattering = "2 /mm"
+anisotropy = 0.9
+region     = { box = { min = ["-200 um", "-200 um", "-200 um"], max = ["200 um", "200 um", "200 um"] } }
+[[light]]
+kind       = "beam"
+wavelength = "488 nm"
+power      = "1 mW"
+position   = ["-1 mm", "0 um", "0 um"]
+direction  = [1, 0, 0]
+radius     = "50 um"
+[[light]]
+kind      = "point"
+spectrum  = { from = "450 nm", to = "500 nm" }
+power     = "1 mW"
+position  = ["0 um", "1 mm", "0 um"]
+[camera]
+kind       = "telecentric"
+position   = ["0 um", "0 um", "2 mm"]
+target     = ["0 um", "0 um", "0 um"]
+field      = "500 um"
+resolution = [12, 8]
+[film]
+spectrum = { from = "480 nm", to = "620 nm", bins = 7 }
+[render]
+samples = 8
+)";
+
+class RenderTest : public ProgramTest {
+protected:
+    /// Writes the scene with `from` replaced by `to` under `name`.
+    void write_changed(const std::string& name, const std::string& from, const std::string& to) const {
+        std::string text = kScene;
+        const std::size_t at = text.find(from);
+        ASSERT_NE(at, std::string::npos) << from;
+        write(name, text.replace(at, from.size(), to));
+    }
+};
+
+TEST_F(RenderTest, WritesTheImageAndItsPreview) {
+    write("scene.toml", kScene);
+    expect_rows({
+        {"names of the results on stdout",
+         {"render", "scene.toml", "-o", "image.exr"},
+         0,
+         "12 x 8 pixels, 8 samples each, estimator path",
+         "^image.exr\nimage.png\n$",
+         {"image.exr", "image.png"}},
+        {"JSON for machines",
+         {"render", "scene.toml", "-o", "image.exr", "--json"},
+         0,
+         "",
+         "\"outputs\": \\[\\s*\"image.exr\",\\s*\"image.png\"\\s*\\],\\s*\"seconds\": [\\s\\S]*\"samples\": "
+         "8,\\s*\"threads\": "
+         "\\d+,\\s*\"estimator\": \"path\",\\s*\"nan_count\": 0,\\s*\"bound_violations\": "
+         "0,\\s*\"median_relative_error\": "},
+        {"quiet says nothing but the results", {"render", "scene.toml", "-o", "image.exr", "-q"}, 0, "^$", "image.exr"},
+        {"examples first", {"render", "--help"}, 0, "", "^Examples:"},
+    });
+}
+
+TEST_F(RenderTest, SameSeedSameBytesForAnyNumberOfThreads) {
+    write("scene.toml", kScene);
+    for (const char* threads : {"1", "2", "4"}) {
+        const auto result = run({"render", "scene.toml", "-o", std::string(threads) + ".exr", "--threads", threads});
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+    }
+    EXPECT_EQ(read("1.exr"), read("2.exr"));
+    EXPECT_EQ(read("1.exr"), read("4.exr"));
+    EXPECT_EQ(read("1.png"), read("4.png"));
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "other.exr", "--seed", "2"}).exit_code, 0);
+    EXPECT_NE(read("1.exr"), read("other.exr"));
+}
+
+TEST_F(RenderTest, WarnsOfWhatMayBeAMistake) {
+    write_changed("laser.toml", "wavelength = \"488 nm\"", "wavelength = \"700 nm\"");
+    write_changed("mol.toml", "concentration = \"10 uM\"", "concentration = \"10 M\"");
+    write_changed("dark.toml", "position   = [\"-1 mm\", \"0 um\", \"0 um\"]",
+                  "position   = [\"-1 mm\", \"9 mm\", \"0 um\"]");
+    std::string lamp = read("laser.toml");
+    lamp.replace(lamp.find("450 nm"), 6, "650 nm");
+    lamp.replace(lamp.find("500 nm\" }"), 6, "700 nm");
+    write("laser.toml", lamp);
+    std::string dark = read("dark.toml");
+    dark.erase(dark.find("[[light]]\nkind      = \"point\""),
+               dark.find("[camera]") - dark.find("[[light]]\nkind      = \"point\""));
+    write("dark.toml", dark);
+    expect_rows({
+        {"a light that the dye hardly absorbs",
+         {"render", "laser.toml", "-o", "a.exr"},
+         0,
+         "warning: EGFP absorbs the light at [0-9.e-]+ % of its peak \\(48\\d nm\\); expect almost no signal"},
+        {"an absurd concentration",
+         {"render", "mol.toml", "-o", "b.exr"},
+         0,
+         "warning: .*10 mol/L.*did you mean 10 uM\\?"},
+        {"a black image says what misses what",
+         {"render", "dark.toml", "-o", "c.exr"},
+         0,
+         "warning: the image has no fluorescence\nwarning: .*the beam passes it 8\\.\\d+e\\+03 um away"},
+    });
+}
+
+TEST_F(RenderTest, RefusesWhatThePathEstimatorCannotSample) {
+    write_changed("pencil.toml", "radius     = \"50 um\"", "radius     = \"0 um\"");
+    write_changed("facing.toml", "position   = [\"-1 mm\", \"0 um\", \"0 um\"]\ndirection  = [1, 0, 0]",
+                  "position   = [\"0 um\", \"0 um\", \"-1 mm\"]\ndirection  = [0, 0, 1]");
+    expect_rows({
+        {"a pencil beam",
+         {"render", "pencil.toml", "-o", "a.exr"},
+         3,
+         "pencil.toml:9:1: error: .*estimator.*\"light\"",
+         "^$",
+         {},
+         {"a.exr"}},
+        {"light straight into the camera",
+         {"render", "facing.toml", "-o", "a.exr"},
+         3,
+         "shines straight into the camera"},
+    });
+}
+
+TEST_F(RenderTest, OutputTroubleLosesNothing) {
+    write("scene.toml", kScene);
+    write("old.exr", "an image of yesterday");
+    expect_rows({
+        {"a folder that is not there",
+         {"render", "scene.toml", "-o", "nowhere/a.exr"},
+         5,
+         "nowhere/a.exr: the folder nowhere does not exist"},
+        {"no output named", {"render", "scene.toml"}, 2, "-o OUT.exr[\\s\\S]*Usage: fluovox render"},
+        {"another format", {"render", "scene.toml", "-o", "a.jpg"}, 2, "OpenEXR"},
+        {"no scene named", {"render", "-o", "a.exr"}, 2, "which scene"},
+        {"a scene that is not there", {"render", "gone.toml", "-o", "a.exr"}, 4, "gone.toml"},
+        {"bad samples", {"render", "scene.toml", "-o", "a.exr", "--samples", "0"}, 3, "samples"},
+    });
+    const auto full = run({"render", "scene.toml", "-o", "old.exr"}, {60, 1000});
+    EXPECT_EQ(full.exit_code, 5) << full.err;
+    EXPECT_EQ(read("old.exr"), "an image of yesterday");
+    EXPECT_EQ(files(), (std::vector<std::string>{"old.exr", "scene.toml"}));
+}
+
+}  // namespace
+}  // namespace fluovox::testing
