@@ -1,0 +1,131 @@
+// A grid read for rendering is the field that OpenVDB itself interpolates.
+
+#include "fluovox/core/rng.h"
+#include "fluovox/volume/sparse_grid.h"
+
+#include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/Interpolation.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+namespace fluovox {
+namespace {
+
+namespace fs = std::filesystem;
+
+class VdbGrid : public ::testing::Test {
+protected:
+    void SetUp() override {
+        openvdb::initialize();
+        const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+        folder_ = fs::temp_directory_path() / ("fluovox_" + std::string(test->name()) + std::to_string(getpid()));
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    // Leaves of noise, tiles of 8^3, 128^3, inactive values, all around the origin.
+    static openvdb::FloatGrid::Ptr noise(float background) {
+        auto grid = openvdb::FloatGrid::create(background);
+        grid->setName("dye");
+        auto accessor = grid->getAccessor();
+        Rng rng(41, 0, 0);
+        const auto whole = [&](int size) { return static_cast<int>(std::floor((rng.uniform() - 0.5) * size)); };
+        for (int n = 0; n < 20000; ++n)
+            accessor.setValue({whole(60), whole(60), whole(60)}, static_cast<float>(rng.uniform()));
+        for (int n = 0; n < 200; ++n)
+            accessor.setValueOff({whole(60), whole(60), whole(60)}, static_cast<float>(rng.uniform()));
+        grid->fill(openvdb::CoordBBox({-40, -40, 40}, {-9, -17, 71}), 0.7F);   // tiles of 8^3 and voxels
+        grid->fill(openvdb::CoordBBox({128, -128, 0}, {255, -1, 127}), 0.4F);  // one tile of 128^3
+        grid->fill(openvdb::CoordBBox({-64, 0, -128}, {-1, 63, -65}), 0.0F);   // tiles below the background
+        return grid;
+    }
+
+    static void set_affine(openvdb::FloatGrid& grid) {
+        const openvdb::math::Mat4d map(0.4, 0.1, -0.2, 0.0, -0.15, 0.5, 0.05, 0.0, 0.1, 0.2, 0.6, 0.0, 12.0, -7.0, 3.0,
+                                       1.0);
+        grid.setTransform(openvdb::math::Transform::createLinearTransform(map));
+    }
+
+    SparseGrid saved_and_loaded(const openvdb::FloatGrid::Ptr& grid, GridScale scale = {}) {
+        const fs::path file = folder_ / "grid.vdb";
+        openvdb::io::File(file.string()).write({grid});
+        return SparseGrid::load(file, "dye", [&](const GridMetadata&) { return scale; });
+    }
+
+    // Largest difference to OpenVDB's own trilinear sampler over points of the index space.
+    static double difference(const SparseGrid& ours, const openvdb::FloatGrid& theirs, GridScale scale,
+                             double shift = 0) {
+        Rng rng(42, 0, 0);
+        const auto accessor = theirs.getConstAccessor();
+        double most = 0;
+        for (int n = 0; n < 40000; ++n) {
+            const double size = n % 2 == 0 ? 80 : 400;
+            const openvdb::Vec3d index(size * (rng.uniform() - 0.5), size * (rng.uniform() - 0.5),
+                                       size * (rng.uniform() - 0.5));
+            float value = 0;
+            openvdb::tools::BoxSampler::sample(accessor, index + openvdb::Vec3d(shift), value);
+            const openvdb::Vec3d world = theirs.transform().indexToWorld(index);
+            const double mine =
+                ours.trilinear({scale.length * world.x(), scale.length * world.y(), scale.length * world.z()});
+            most = std::max(most, std::abs(mine - scale.value * static_cast<double>(value)));
+        }
+        return most;
+    }
+
+    fs::path folder_;
+};
+
+TEST_F(VdbGrid, IsTheFieldThatOpenVdbInterpolates) {
+    const auto grid = noise(0);
+    set_affine(*grid);
+    const SparseGrid loaded = saved_and_loaded(grid);
+    EXPECT_LT(difference(loaded, *grid, {}), 1e-5);
+    EXPECT_GT(difference(loaded, *grid, {}, 0.5), 0.1);  // half a voxel off would show
+    EXPECT_EQ(loaded.active_voxels(), grid->activeVoxelCount());
+}
+
+TEST_F(VdbGrid, KeepsABackgroundAndTilesBelowIt) {
+    const auto grid = noise(0.3F);
+    set_affine(*grid);
+    const SparseGrid loaded = saved_and_loaded(grid);
+    EXPECT_DOUBLE_EQ(loaded.background(), static_cast<double>(0.3F));
+    EXPECT_LT(difference(loaded, *grid, {}), 1e-5);
+    EXPECT_GT(difference(loaded, *grid, {}, 0.1), 0.01);
+}
+
+TEST_F(VdbGrid, AppliesTheUnitsOfValuesAndLengths) {
+    const auto grid = noise(0.3F);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(0.25));
+    const SparseGrid loaded = saved_and_loaded(grid, {1000, 0.001});
+    EXPECT_LT(difference(loaded, *grid, {1000, 0.001}), 1e-2);
+    EXPECT_NEAR(loaded.max(), 1000, 1);
+}
+
+TEST_F(VdbGrid, ReadsValuesOfHalfPrecision) {
+    const auto grid = noise(0);
+    grid->setSaveFloatAsHalf(true);
+    set_affine(*grid);
+    const SparseGrid loaded = saved_and_loaded(grid);
+    EXPECT_LT(difference(loaded, *grid, {}), 1e-3);
+    EXPECT_GT(difference(loaded, *grid, {}), 0);
+}
+
+TEST_F(VdbGrid, BoundsHoldAllThatIsNotBackground) {
+    const auto grid = noise(0);
+    set_affine(*grid);
+    const SparseGrid loaded = saved_and_loaded(grid);
+    Rng rng(43, 0, 0);
+    for (int n = 0; n < 50000; ++n) {
+        const Vec3 p{200 * (rng.uniform() - 0.4), 200 * (rng.uniform() - 0.5), 150 * (rng.uniform() - 0.5)};
+        if (loaded.trilinear(p) > 0) {
+            EXPECT_TRUE(loaded.bounds().contains(p));
+        }
+    }
+}
+
+}  // namespace
+}  // namespace fluovox
