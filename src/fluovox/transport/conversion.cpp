@@ -112,7 +112,18 @@ void PathTracer::convert_at_source(const Stretch& path, const PathTask& task, st
     const Lanes seen = field_.transmittance(path.ray, here.spans, t, *task.optics, Loss::Extinction, rng) * path.beta;
     if (seen.max() <= 0) return;
     excite_by_lights(path, t, (1 / own) * seen, depth, rng, result);
-    if (task.orders > 1) excite_by_dyes(path, t, task, (1 / own) * seen, depth, rng, result);
+}
+
+// Conversion of light that was converted before.
+void PathTracer::convert_again(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
+                               PathRadiance& result) {
+    Level& here = level(depth);
+    const double t = here.sources.sample(rng.uniform());
+    const double own = here.sources.pdf(t);
+    if (!(own > 0) || !find_dye(path, t, here, rng)) return;
+    const Lanes seen = field_.transmittance(path.ray, here.spans, t, *task.optics, Loss::Extinction, rng) * path.beta;
+    if (seen.max() <= 0) return;
+    excite_by_dyes(path, t, task, (1 / own) * seen, depth, rng, result);
 }
 
 void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes& weight, std::size_t depth, Rng& rng,

@@ -94,10 +94,7 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
     for (int k = 0; k < count; ++k)
         path.beta[k] = path.density[k] = 1;
     double pdf_per_sr = task.pdf_start_per_sr;
-    // The later stretch at which the path will be converted, drawn on the way (Chao, Biometrika 69 (1982) 653).
-    std::optional<Stretch> deferred;
-    double deferred_weight = 0;
-    double all_weight = 0;
+    Drawn later, any;  // stretches to convert on: all but the first; all
 
     for (int vertex = 0;; ++vertex) {
         field_.gather(path.ray, here.spans);
@@ -106,15 +103,13 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         if (wants_light && path.scatterings > 0) add_scattered_once(path, task, here, rng, result);
         if (converts) {
             here.sources.build(field_, *illumination_, path.ray, here.spans, optics);
-            if (vertex == 0 && here.sources.total() > 0) {
+            const double weight = mean(path.beta, count) * here.sources.total();
+            if (vertex == 0) {
                 convert(path, task, depth, rng, result);
-            } else if (const double weight = mean(path.beta, count) * here.sources.total(); weight > 0) {
-                all_weight += weight;
-                if (rng.uniform() * all_weight < weight) {
-                    deferred = path;
-                    deferred_weight = weight;
-                }
+            } else {
+                later.offer(path, weight, rng);
             }
+            if (task.orders > 1) any.offer(path, weight, rng);
         }
 
         Lanes likeness;
@@ -150,12 +145,26 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         path.ray = {path.ray.at(scattering->t_um), turned(path.ray.direction, cosine, rng.uniform())};
     }
 
-    if (!deferred) return;
-    deferred->beta *= all_weight / deferred_weight;
-    field_.gather(deferred->ray, here.spans);
-    find_lit_sections(deferred->ray, here);
-    here.sources.build(field_, *illumination_, deferred->ray, here.spans, optics);
-    convert(*deferred, task, depth, rng, result);
+    if (revisit(later, task, here)) convert(later.stretch, task, depth, rng, result);
+    if (revisit(any, task, here)) convert_again(any.stretch, task, depth, rng, result);
+}
+
+void PathTracer::Drawn::offer(const Stretch& candidate, double candidate_weight, Rng& rng) {
+    if (!(candidate_weight > 0)) return;
+    all += candidate_weight;
+    if (rng.uniform() * all >= candidate_weight) return;
+    stretch = candidate;
+    weight = candidate_weight;
+}
+
+// Gets the level ready for the stretch that was drawn; false when there is none.
+bool PathTracer::revisit(Drawn& drawn, const PathTask& task, Level& level) {
+    if (!(drawn.weight > 0)) return false;
+    drawn.stretch.beta *= drawn.all / drawn.weight;
+    field_.gather(drawn.stretch.ray, level.spans);
+    find_lit_sections(drawn.stretch.ray, level);
+    level.sources.build(field_, *illumination_, drawn.stretch.ray, level.spans, *task.optics);
+    return true;
 }
 
 void PathTracer::find_lit_sections(const Ray& ray, Level& level) const {

@@ -43,7 +43,8 @@ struct PathTask {
 /// - conversion: a source term, not a collision, so that a clear dye glows without noise. Points are drawn where dye
 /// may
 ///   be and where light shines; from each the path goes on at an excitation wavelength.
-/// Conversion is taken at the first ray, and once more at one of the later rays, drawn in proportion to the dye seen.
+/// Conversion of the lights' photons is taken at the first ray, and once more at one of the later rays, drawn in
+/// proportion to the dye seen; that of photons converted before at one of all rays, so that a cascade does not branch.
 /// Several emission wavelengths share a path by spectral multiple importance sampling (Wilkie et al. 2014).
 class PathTracer {
 public:
@@ -77,7 +78,17 @@ private:
         int scatterings = 0;  // still allowed
     };
 
+    // One of the stretches of a path, drawn in proportion to the weights they come with (Chao, Biometrika 69 (1982)
+    // 653).
+    struct Drawn {
+        Stretch stretch;
+        double weight = 0, all = 0;  // of this one; of all that were offered
+
+        void offer(const Stretch& candidate, double candidate_weight, Rng& rng);
+    };
+
     void trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
+    bool revisit(Drawn& drawn, const PathTask& task, Level& level);
 
     void find_lit_sections(const Ray& ray, Level& level) const;
     double lit_pdf(const Level& level, std::size_t light, double t_um) const;
@@ -94,6 +105,7 @@ private:
 
     // Conversion (conversion.cpp).
     void convert(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
+    void convert_again(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
     void convert_at_source(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
                            PathRadiance& result);
     void convert_where_lit(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
