@@ -65,12 +65,12 @@ TEST(Furnace, AMediumThatOnlyScattersIsInvisible) {
         scene.lights = {surround_line(500)};
         scene.media = media;
         const double truth = testing::photons_of(scene.lights[0]);
-        const RunningMean seen = testing::line_radiance(scene, anywhere, 500, {10000, 1, 0});
+        const RunningMean seen = testing::line_radiance(scene, anywhere, 500, {20000, 1, 0});
         EXPECT_NEAR(seen.mean / truth, 1, 0.001) << name;
         EXPECT_LT(std::abs(z_score(seen, truth)), 5) << name;
         for (SceneMedium& medium : scene.media)
-            medium.absorption = 0.01 * std::get<double>(medium.scattering);
-        const RunningMean twin = testing::line_radiance(scene, anywhere, 500, {10000, 1, 0});
+            medium.absorption = 0.05 * std::get<double>(medium.scattering);
+        const RunningMean twin = testing::line_radiance(scene, anywhere, 500, {20000, 1, 0});
         EXPECT_GT(std::abs(z_score(twin, truth)), 5) << name;
     }
 }
