@@ -11,5 +11,6 @@ ExitCode run_dyes(const std::vector<std::string>& arguments);
 ExitCode run_render(const std::vector<std::string>& arguments);
 ExitCode run_info(const std::vector<std::string>& arguments);
 ExitCode run_voxelize(const std::vector<std::string>& arguments);
+ExitCode run_diff(const std::vector<std::string>& arguments);
 
 }  // namespace fluovox::tools

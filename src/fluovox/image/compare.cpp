@@ -21,13 +21,16 @@ struct Evidence {
     double mean_a = 0, mean_b = 0;
     double variance_a = 0, variance_b = 0;  // times nu / (nu + 1)
     double squares = 0;                     // d^2 / (nu + 1)
+    double fourth = 0;                      // squares of e, the sum of the three above
 
+    double expected_square() const { return variance_a + variance_b + squares; }
     void operator+=(const Evidence& other) {
         mean_a += other.mean_a;
         mean_b += other.mean_b;
         variance_a += other.variance_a;
         variance_b += other.variance_b;
         squares += other.squares;
+        fourth += other.fourth;
     }
 };
 
@@ -36,57 +39,96 @@ double brightness_factor(double mean, double other) {
     return std::abs(mean) > 0 ? std::max(1.0, std::abs(other / mean)) : 1.0;
 }
 
-double signed_z(const Evidence& e) {
+/// Variance per brightness, of each image; see `Noise`.
+struct NoiseLevel {
+    double a = 0, b = 0;
+};
+
+double signed_z(const Evidence& e, const NoiseLevel& least) {
     const double difference = e.mean_b - e.mean_a;
-    const double size = std::abs(difference) - kRounding * std::max(std::abs(e.mean_a), std::abs(e.mean_b));
+    const double brightness = std::max(std::abs(e.mean_a), std::abs(e.mean_b));
+    const double size = std::abs(difference) - kRounding * brightness;
     if (size <= 0) return 0;
-    const double expected_square = e.variance_a * brightness_factor(e.mean_a, e.mean_b) +
-                                   e.variance_b * brightness_factor(e.mean_b, e.mean_a) + e.squares;
-    return std::copysign(size / std::sqrt(expected_square), difference);
+    const double variance_a = std::max(e.variance_a * brightness_factor(e.mean_a, e.mean_b), least.a * brightness);
+    const double variance_b = std::max(e.variance_b * brightness_factor(e.mean_b, e.mean_a), least.b * brightness);
+    return std::copysign(size / std::sqrt(variance_a + variance_b + e.squares), difference);
 }
 
 /// Chance of a |z| this large or larger, at most.
 double p_of(double z) {
-    return std::min(1.0, 2 * std::exp(-z * z / 2));
+    return 2 * std::exp(-z * z / 2);
 }
 
-/// One layer and channel of both images.
-struct PlanePair {
-    const RenderedImage& a;
-    const RenderedImage& b;
-    int layer_a = 0, layer_b = 0, channel = 0;
+/// The same where a few pixels may carry most of the noise: the spread itself is then as uncertain as that of Student's
+/// t with as many degrees of freedom as there are pixels that matter (Satterthwaite, Biometrics Bull. 2, 1946, 110).
+double p_of_few(double z, const Evidence& e) {
+    const double nu = e.fourth > 0 ? e.expected_square() * e.expected_square() / e.fourth : 1;
+    return 2 * std::pow(1 + z * z / nu, -nu / 2);
+}
+
+/// One layer and channel of an image; the channel after the last stands for all of them added up.
+struct Plane {
+    const RenderedImage& image;
+    int layer = 0, channel = 0;
+
+    bool is_all() const { return channel == image.channels(); }
+    double mean(std::size_t pixel) const {
+        return is_all() ? image.mean_of_all(layer, pixel) : image.mean(layer, pixel, channel);
+    }
+    double variance(std::size_t pixel) const {
+        return is_all() ? image.variance_of_all(layer, pixel) : image.variance(layer, pixel, channel);
+    }
+    std::string name() const {
+        const auto index = static_cast<std::size_t>(channel);
+        return image.layers[static_cast<std::size_t>(layer)] + ' ' +
+               (is_all() ? "all channels" : image.film.channels[index].name);
+    }
 };
 
-/// Variance per brightness of the pixels around each pixel of one image.
-std::vector<double> variance_per_brightness(const RenderedImage& image, int layer, int channel) {
-    const int width = image.width;
-    const int height = image.height;
+/// Variance per brightness of one layer and channel of one image: around each pixel, and over the image. It stands in
+/// for the variance of pixels that may not have seen their rare samples.
+struct Noise {
+    std::vector<double> around;
+    double image = 0;
+};
+
+struct NoiseSum {
+    double variance = 0, brightness = 0;
+
+    void operator+=(const NoiseSum& other) {
+        variance += other.variance;
+        brightness += other.brightness;
+    }
+    double ratio() const { return brightness > 0 ? variance / brightness : 0; }
+};
+
+Noise noise_of(const Plane& plane) {
+    const int width = plane.image.width;
+    const int height = plane.image.height;
     const auto index = [width](int x, int y) { return static_cast<std::size_t>(y * width + x); };
-    struct Sum {
-        double variance = 0, brightness = 0;
-    };
-    std::vector<Sum> rows(image.pixels());
+    std::vector<NoiseSum> own(plane.image.pixels());
+    NoiseSum all;
+    for (std::size_t pixel = 0; pixel < own.size(); ++pixel) {
+        own[pixel] = {plane.variance(pixel), std::abs(plane.mean(pixel))};
+        all += own[pixel];
+    }
+    std::vector<NoiseSum> rows(own.size());
+    Noise noise{std::vector<double>(own.size()), all.ratio()};
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
-            Sum& sum = rows[index(x, y)];
-            for (int k = std::max(0, x - kReach); k <= std::min(width - 1, x + kReach); ++k) {
-                sum.variance += image.variance(layer, index(k, y), channel);
-                sum.brightness += std::abs(image.mean(layer, index(k, y), channel));
-            }
+            for (int k = std::max(0, x - kReach); k <= std::min(width - 1, x + kReach); ++k)
+                rows[index(x, y)] += own[index(k, y)];
         }
     }
-    std::vector<double> ratio(image.pixels());
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
-            Sum sum;
-            for (int k = std::max(0, y - kReach); k <= std::min(height - 1, y + kReach); ++k) {
-                sum.variance += rows[index(x, k)].variance;
-                sum.brightness += rows[index(x, k)].brightness;
-            }
-            ratio[index(x, y)] = sum.brightness > 0 ? sum.variance / sum.brightness : 0;
+            NoiseSum sum;
+            for (int k = std::max(0, y - kReach); k <= std::min(height - 1, y + kReach); ++k)
+                sum += rows[index(x, k)];
+            noise.around[index(x, y)] = std::max(sum.ratio(), noise.image);
         }
     }
-    return ratio;
+    return noise;
 }
 
 double degrees_of_freedom(double variance_a, double variance_b, double count_a, double count_b) {
@@ -94,30 +136,32 @@ double degrees_of_freedom(double variance_a, double variance_b, double count_a, 
         return count > 1 ? variance * variance / (count - 1) : 0.0;
     };
     const double below = share(variance_a, count_a) + share(variance_b, count_b);
+    if (count_a < 2 || count_b < 2) return 0;  // nothing but the difference itself tells its spread
     if (below > 0) return (variance_a + variance_b) * (variance_a + variance_b) / below;
-    return std::max(0.0, count_a + count_b - 2);
+    return count_a + count_b - 2;
 }
 
-Evidence evidence_of(const PlanePair& pair, std::size_t pixel) {
+Evidence evidence_of(const Plane& a, const Plane& b, std::size_t pixel) {
     Evidence e;
-    e.mean_a = pair.a.mean(pair.layer_a, pixel, pair.channel);
-    e.mean_b = pair.b.mean(pair.layer_b, pixel, pair.channel);
-    double variance_a = pair.a.variance(pair.layer_a, pixel, pair.channel);
-    double variance_b = pair.b.variance(pair.layer_b, pixel, pair.channel);
-    const auto count_a = static_cast<double>(pair.a.counts[pixel]);
-    const auto count_b = static_cast<double>(pair.b.counts[pixel]);
-    double nu = degrees_of_freedom(variance_a, variance_b, count_a, count_b);
+    e.mean_a = a.mean(pixel);
+    e.mean_b = b.mean(pixel);
+    double variance_a = a.variance(pixel);
+    double variance_b = b.variance(pixel);
+    const auto count_a = static_cast<double>(a.image.counts[pixel]);
+    const auto count_b = static_cast<double>(b.image.counts[pixel]);
+    const double nu = degrees_of_freedom(variance_a, variance_b, count_a, count_b);
     if (count_a != count_b && count_a > 0 && count_b > 0 && count_a + count_b > 2 &&
-        pair.a.provenance.estimator == pair.b.provenance.estimator) {
+        a.image.provenance.estimator == b.image.provenance.estimator) {
         const double squares = variance_a * count_a * (count_a - 1) + variance_b * count_b * (count_b - 1);
         const double pooled = squares / (count_a + count_b - 2);
         variance_a = std::max(variance_a, pooled / count_a);
         variance_b = std::max(variance_b, pooled / count_b);
-        nu = std::max(nu, degrees_of_freedom(variance_a, variance_b, count_a, count_b));
     }
-    e.variance_a = variance_a * nu / (nu + 1);
-    e.variance_b = variance_b * nu / (nu + 1);
+    const double known = nu > 0 ? nu / (nu + 1) : 1;
+    e.variance_a = variance_a * known;
+    e.variance_b = variance_b * known;
     e.squares = (e.mean_b - e.mean_a) * (e.mean_b - e.mean_a) / (nu + 1);
+    e.fourth = e.expected_square() * e.expected_square();
     return e;
 }
 
@@ -143,7 +187,7 @@ public:
         // All light is the sum of the layers, and a bright laser line would hide the dye in it.
         const bool parted = a.layer(kFluorescenceLayer) >= 0 && b.layer(kFluorescenceLayer) >= 0;
         if (parted) layers_.erase(std::find(layers_.begin(), layers_.end(), kTotalLayer));
-        planes_ = static_cast<double>(layers_.size()) * a.channels();
+        planes_ = static_cast<double>(layers_.size()) * (a.channels() + 1);
         tiles_x_ = (a.width + kTile - 1) / kTile;
         tiles_y_ = (a.height + kTile - 1) / kTile;
         result_.pixels = a.pixels();
@@ -154,8 +198,8 @@ public:
 
     Comparison run(double significance) {
         for (const std::string& layer : layers_) {
-            for (int channel = 0; channel < a_.channels(); ++channel)
-                test_plane(layer, channel);
+            for (int channel = 0; channel <= a_.channels(); ++channel)
+                test_plane({a_, a_.layer(layer), channel}, {b_, b_.layer(layer), channel});
         }
         result_.p_value = best_.p;
         result_.where = best_.where;
@@ -169,41 +213,49 @@ public:
     }
 
 private:
-    void test_plane(const std::string& layer, int channel) {
-        const PlanePair pair{a_, b_, a_.layer(layer), b_.layer(layer), channel};
-        const std::string& channel_name = a_.film.channels[static_cast<std::size_t>(channel)].name;
-        const auto named = [&](const std::string& region) { return region + ", " + layer + " " + channel_name; };
-        const std::vector<double> around_a = variance_per_brightness(a_, pair.layer_a, channel);
-        const std::vector<double> around_b = variance_per_brightness(b_, pair.layer_b, channel);
+    void test_plane(const Plane& a, const Plane& b) {
+        const auto named = [&](const std::string& region) { return region + ", " + a.name(); };
+        const Noise noise_a = noise_of(a);
+        const Noise noise_b = noise_of(b);
+        const bool alike = same_noise(noise_a.image, noise_b.image);
         Evidence whole;
         std::vector<Evidence> tiles(static_cast<std::size_t>(tiles_x_ * tiles_y_));
         for (std::size_t pixel = 0; pixel < a_.pixels(); ++pixel) {
             const auto x = static_cast<int>(pixel) % a_.width;
             const auto y = static_cast<int>(pixel) / a_.width;
-            Evidence e = evidence_of(pair, pixel);
+            const Evidence e = evidence_of(a, b, pixel);
             whole += e;
             tiles[static_cast<std::size_t>((y / kTile) * tiles_x_ + x / kTile)] += e;
-
-            const double brightness = std::max(std::abs(e.mean_a), std::abs(e.mean_b));
-            e.variance_a = std::max(e.variance_a, around_a[pixel] * brightness);
-            e.variance_b = std::max(e.variance_b, around_b[pixel] * brightness);
-            const double z = signed_z(e);
+            const double z =
+                signed_z(e, alike ? NoiseLevel{} : NoiseLevel{noise_a.around[pixel], noise_b.around[pixel]});
             float& strongest = result_.strongest[pixel];
             if (std::abs(z) > std::abs(static_cast<double>(strongest))) strongest = static_cast<float>(z);
-            best_.offer(family_p(z, static_cast<double>(a_.pixels())),
+            best_.offer(family_p(p_of(z), static_cast<double>(a_.pixels())),
                         [&] { return named(fmt::format("pixel ({}, {})", x, y)); });
         }
         for (std::size_t i = 0; i < tiles.size(); ++i) {
             const int x = static_cast<int>(i) % tiles_x_ * kTile;
             const int y = static_cast<int>(i) / tiles_x_ * kTile;
-            best_.offer(family_p(signed_z(tiles[i]), static_cast<double>(tiles.size())), [&] {
+            const double z = signed_z(tiles[i], alike ? NoiseLevel{} : NoiseLevel{noise_a.image, noise_b.image});
+            const double p = alike ? p_of(z) : p_of_few(z, tiles[i]);
+            best_.offer(family_p(p, static_cast<double>(tiles.size())), [&] {
                 return named(fmt::format("mean of the {0} x {0} pixels from ({1}, {2})", kTile, x, y));
             });
         }
-        best_.offer(family_p(signed_z(whole), 1), [&] { return named("mean of the image"); });
+        const double z = signed_z(whole, {});
+        best_.offer(family_p(alike ? p_of(z) : p_of_few(z, whole), 1), [&] { return named("mean of the image"); });
     }
 
-    double family_p(double z, double regions) const { return std::min(1.0, p_of(z) * kSizes * planes_ * regions); }
+    /// Equal estimators with about equal noise: then samples could be exchanged, and no stand-in is needed for those
+    /// that one of the images did not see.
+    bool same_noise(double level_a, double level_b) const {
+        const double per_sample_a = level_a * static_cast<double>(a_.counts.front());
+        const double per_sample_b = level_b * static_cast<double>(b_.counts.front());
+        return a_.provenance.estimator == b_.provenance.estimator && per_sample_a <= 2 * per_sample_b &&
+               per_sample_b <= 2 * per_sample_a;
+    }
+
+    double family_p(double p, double regions) const { return std::min(1.0, p * kSizes * planes_ * regions); }
 
     static double mean_of_all_light(const RenderedImage& image) {
         double sum = 0;

@@ -23,8 +23,8 @@ struct Comparison {
 };
 
 /// Are two renders the same within their noise? Pixels, tiles of 8 x 8 pixels and the whole image are tested, each for
-/// every layer (elastic and fluorescence apart, and each dye) and channel. The renders must not share random numbers;
-/// where they do the test is only less sensitive.
+/// every layer (elastic and fluorescence apart, and each dye), in each channel and all channels together. The renders
+/// must not share random numbers; where they do the test is only less sensitive.
 ///
 /// The test must hold for pixels whose samples are far from Gaussian (64 samples, most of them zero, some a hundred
 /// times the mean), where an ordinary t-test fires far too often. So:
@@ -36,12 +36,16 @@ struct Comparison {
 ///   signs, for which P(z > x) <= 2 exp(-x^2 / 2) whatever the distribution (Hoeffding, JASA 58, 1963, 13; Efron, JASA
 ///   64, 1969, 1278). That bound is the p-value; against Gaussian tails it gives up half a standard error.
 /// - A render that missed its rare bright samples is dark and seems sure of it. Its variance is raised in proportion to
-///   the other's mean (variance of counts), in a pixel at least to what the 7 x 7 pixels around show per brightness,
-///   and for equal estimators with different counts at least to the pooled sample variance.
+///   the other's mean (variance of counts), and for equal estimators with different counts at least to the pooled
+///   sample variance. Where the estimators or their noise (by more than a factor 2) differ, one may be much noisier
+///   than its samples show: there a pixel or tile has at least the variance per brightness of the pixels around it and
+///   of the image, and tiles and image are judged by Student's t with as many degrees of freedom as pixels carry the
+///   noise. This costs sensitivity in dark parts, and it is a safeguard, not a guarantee: nobody can know of noise that
+///   an estimator has hardly shown anywhere.
 /// - Relative differences below 2e-6 are rounding, never a difference.
 /// - The smallest p is multiplied by the number of tests (Bonferroni), with equal shares for the three sizes of region.
 ///
-/// Where no pixel has two samples only the differences themselves tell their spread. `significance` is the chance of
+/// Pixels of one sample tell their spread by the differences alone. `significance` is the chance of
 /// "different" for equal scenes, at most. Throws InputError if sizes, layers, channels or units differ.
 Comparison compare(const RenderedImage& a, const RenderedImage& b, double significance = 1e-3);
 

@@ -21,6 +21,7 @@ namespace fluovox {
 ///     dye.EGFP.550,000nm                    of it, light whose last conversion was in EGFP (film.per_dye)
 ///     variance.550,000nm                    variance of the mean of S0; times fluovox:varianceUnit squared
 ///     variance.fluorescence.550,000nm ...   and of every other layer
+///     variance.all.channels ...             variance of all channels of a layer added up
 ///     R, G, B                               preview, linear sRGB, exposed so that bright parts are near 1
 ///     samples.count                         samples of each pixel, only where they differ
 ///
@@ -40,6 +41,6 @@ void save_exr(const std::filesystem::path& path, const Film& film, const FilmSpe
 RenderedImage load_exr(const std::filesystem::path& path);
 
 /// The name of a channel in the file: of a layer's mean, or of its variance.
-std::string exr_channel_name(const FilmSpec& spec, const std::string& layer, const FilmChannel& channel, bool variance);
+std::string exr_channel_name(const FilmSpec& spec, const std::string& layer, const std::string& channel, bool variance);
 
 }  // namespace fluovox

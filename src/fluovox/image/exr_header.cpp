@@ -23,7 +23,7 @@ std::string base_of_total(const FilmSpec& spec) {
 
 }  // namespace
 
-std::string exr_channel_name(const FilmSpec& spec, const std::string& layer, const FilmChannel& channel,
+std::string exr_channel_name(const FilmSpec& spec, const std::string& layer, const std::string& channel,
                              bool variance) {
     std::string prefix;
     if (layer == kTotalLayer) {
@@ -33,7 +33,8 @@ std::string exr_channel_name(const FilmSpec& spec, const std::string& layer, con
     } else {
         prefix = "dye." + undotted(layer) + ".";
     }
-    return (variance ? "variance." : "") + prefix + undotted(channel.name);
+    const std::string name = channel == exr::kAllChannels ? channel : undotted(channel);
+    return (variance ? "variance." : "") + prefix + name;
 }
 
 namespace exr {

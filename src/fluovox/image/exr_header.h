@@ -23,6 +23,8 @@ inline constexpr const char* kBoundViolations = "fluovox:boundViolations";
 inline constexpr const char* kRadianceUnits = "fluovox:radianceUnits";
 inline constexpr const char* kPreview = "fluovox:preview";
 
+/// Stands for all channels of a layer added up; with a dot, so that no channel is called so.
+inline constexpr const char* kAllChannels = "all.channels";
 inline constexpr const char* kCountChannel = "samples.count";
 
 /// A film's description and layers as one line of JSON.

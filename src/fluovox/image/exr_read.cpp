@@ -9,6 +9,7 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfTestFile.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -88,14 +89,23 @@ void read_pixels(Imf::InputFile& file, RenderedImage& image) {
     const std::size_t pixels = image.pixels();
     image.means.resize(image.layers.size() * image.film.channels.size() * pixels);
     image.variances.resize(image.means.size());
+    image.variances_of_all.resize(image.layers.size() * pixels);
     Imf::FrameBuffer buffer;
     std::size_t offset = 0;
     for (const std::string& layer : image.layers) {
         for (const FilmChannel& channel : image.film.channels) {
-            insert_plane(buffer, header, exr_channel_name(image.film, layer, channel, false), &image.means[offset]);
-            insert_plane(buffer, header, exr_channel_name(image.film, layer, channel, true), &image.variances[offset]);
+            insert_plane(buffer, header, exr_channel_name(image.film, layer, channel.name, false),
+                         &image.means[offset]);
+            insert_plane(buffer, header, exr_channel_name(image.film, layer, channel.name, true),
+                         &image.variances[offset]);
             offset += pixels;
         }
+    }
+    offset = 0;
+    for (const std::string& layer : image.layers) {
+        const std::string name = exr_channel_name(image.film, layer, exr::kAllChannels, true);
+        insert_plane(buffer, header, name, &image.variances_of_all[offset]);
+        offset += pixels;
     }
     std::vector<float> counts(pixels, 0);
     const bool counts_differ = header.channels().findChannel(exr::kCountChannel) != nullptr;
@@ -109,10 +119,12 @@ void read_pixels(Imf::InputFile& file, RenderedImage& image) {
 }
 
 void require_sound_values(const RenderedImage& image) {
-    for (std::size_t i = 0; i < image.means.size(); ++i) {
-        if (!std::isfinite(image.means[i]) || !std::isfinite(image.variances[i]) || image.variances[i] < 0) {
-            throw std::runtime_error("a pixel is not finite or has a negative variance");
-        }
+    const auto finite = [](float value) { return std::isfinite(value); };
+    const auto variance = [](float value) { return std::isfinite(value) && value >= 0; };
+    if (!std::all_of(image.means.begin(), image.means.end(), finite) ||
+        !std::all_of(image.variances.begin(), image.variances.end(), variance) ||
+        !std::all_of(image.variances_of_all.begin(), image.variances_of_all.end(), variance)) {
+        throw std::runtime_error("a pixel is not finite or has a negative variance");
     }
 }
 

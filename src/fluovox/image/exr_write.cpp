@@ -66,13 +66,20 @@ std::vector<Plane> make_planes(const Film& film, const FilmSpec& spec, double un
         const std::string& layer_name = film.layers()[static_cast<std::size_t>(layer)];
         for (int channel = 0; channel < film.channels(); ++channel) {
             const FilmChannel& c = spec.channels[static_cast<std::size_t>(channel)];
-            planes.push_back({exr_channel_name(spec, layer_name, c, false), [&film, layer, channel](int pixel) {
+            planes.push_back({exr_channel_name(spec, layer_name, c.name, false), [&film, layer, channel](int pixel) {
                                   return static_cast<float>(film.mean(layer, pixel, channel));
                               }});
-            planes.push_back({exr_channel_name(spec, layer_name, c, true), [&film, layer, channel, unit](int pixel) {
-                                  return stored_variance(film.variance_of_mean(layer, pixel, channel), unit);
-                              }});
+            planes.push_back(
+                {exr_channel_name(spec, layer_name, c.name, true), [&film, layer, channel, unit](int pixel) {
+                     return stored_variance(film.variance_of_mean(layer, pixel, channel), unit);
+                 }});
         }
+    }
+    for (int layer = 0; layer < static_cast<int>(film.layers().size()); ++layer) {
+        const std::string& layer_name = film.layers()[static_cast<std::size_t>(layer)];
+        planes.push_back({exr_channel_name(spec, layer_name, exr::kAllChannels, true), [&film, layer, unit](int pixel) {
+                              return stored_variance(film.variance_of_mean_of_all(layer, pixel), unit);
+                          }});
     }
     static constexpr const char* kPreviewNames[] = {"R", "G", "B"};
     const bool taken = std::any_of(planes.begin(), planes.end(), [](const Plane& plane) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -40,6 +41,7 @@ Film::Film(int width, int height, std::vector<std::string> layers, int channels)
     }
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     moments_.resize(pixels * values_per_sample());
+    squares_of_all_.resize(pixels * layers_.size());
     counts_.resize(pixels);
 }
 
@@ -59,20 +61,30 @@ bool Film::add(int pixel, std::span<const double> values) {
         to[i].sum += values[i];
         to[i].squares += values[i] * values[i];
     }
+    const auto channels = static_cast<std::size_t>(channels_);
+    const std::span<double> all = squares_of_all(pixel);
+    for (std::size_t layer = 0; layer < all.size(); ++layer) {
+        const std::span<const double> of_layer = values.subspan(layer * channels, channels);
+        const double sum = std::accumulate(of_layer.begin(), of_layer.end(), 0.0);
+        all[layer] += sum * sum;
+    }
     return true;
 }
 
-bool Film::add_sums(int pixel, std::span<const double> sums, std::span<const double> squares, std::int64_t count) {
-    counts_[static_cast<std::size_t>(pixel)] += count;
-    if (!all_finite(sums) || !all_finite(squares)) {
+bool Film::add_sums(int pixel, const Sums& sums) {
+    counts_[static_cast<std::size_t>(pixel)] += sums.count;
+    if (!all_finite(sums.values) || !all_finite(sums.squares) || !all_finite(sums.squares_of_all)) {
         count_bad_sample();
         return false;
     }
     const std::span<Moments> to = moments(pixel);
     for (std::size_t i = 0; i < to.size(); ++i) {
-        to[i].sum += sums[i];
-        to[i].squares += squares[i];
+        to[i].sum += sums.values[i];
+        to[i].squares += sums.squares[i];
     }
+    const std::span<double> all = squares_of_all(pixel);
+    for (std::size_t layer = 0; layer < all.size(); ++layer)
+        all[layer] += sums.squares_of_all[layer];
     return true;
 }
 
@@ -86,10 +98,28 @@ double Film::mean(int layer, int pixel, int channel) const {
 }
 
 double Film::variance_of_mean(int layer, int pixel, int channel) const {
+    return variance(at(layer, pixel, channel), pixel);
+}
+
+double Film::mean_of_all(int layer, int pixel) const {
+    double sum = 0;
+    for (int channel = 0; channel < channels_; ++channel)
+        sum += mean(layer, pixel, channel);
+    return sum;
+}
+
+double Film::variance_of_mean_of_all(int layer, int pixel) const {
+    Moments all;
+    for (int channel = 0; channel < channels_; ++channel)
+        all.sum += at(layer, pixel, channel).sum;
+    all.squares = squares_of_all_[static_cast<std::size_t>(pixel) * layers_.size() + static_cast<std::size_t>(layer)];
+    return variance(all, pixel);
+}
+
+double Film::variance(const Moments& moments, int pixel) const {
     if (count(pixel) < 2) return 0;
     const auto n = static_cast<double>(count(pixel));
-    const Moments& m = at(layer, pixel, channel);
-    return std::max(0.0, (m.squares - m.sum * m.sum / n) / (n - 1) / n);
+    return std::max(0.0, (moments.squares - moments.sum * moments.sum / n) / (n - 1) / n);
 }
 
 void Film::merge(const Film& other) {
@@ -101,6 +131,8 @@ void Film::merge(const Film& other) {
         moments_[i].sum += other.moments_[i].sum;
         moments_[i].squares += other.moments_[i].squares;
     }
+    for (std::size_t i = 0; i < squares_of_all_.size(); ++i)
+        squares_of_all_[i] += other.squares_of_all_[i];
     for (std::size_t i = 0; i < counts_.size(); ++i)
         counts_[i] += other.counts_[i];
     nan_count_ += other.nan_count_;
@@ -110,6 +142,10 @@ void Film::merge(const Film& other) {
 std::span<Film::Moments> Film::moments(int pixel) {
     const std::size_t n = values_per_sample();
     return {moments_.data() + static_cast<std::size_t>(pixel) * n, n};
+}
+
+std::span<double> Film::squares_of_all(int pixel) {
+    return {squares_of_all_.data() + static_cast<std::size_t>(pixel) * layers_.size(), layers_.size()};
 }
 
 const Film::Moments& Film::at(int layer, int pixel, int channel) const {
@@ -123,9 +159,9 @@ void Film::count_bad_sample() {
 }
 
 double film_bytes(const FilmSpec& spec, int width, int height, std::size_t layers) {
-    const double values = static_cast<double>(layers) * static_cast<double>(spec.channels.size());
-    return static_cast<double>(width) * static_cast<double>(height) *
-           (values * 2 * sizeof(double) + sizeof(std::int64_t));
+    const double per_layer = 2 * static_cast<double>(spec.channels.size()) + 1;
+    const double per_pixel = static_cast<double>(layers) * per_layer * sizeof(double) + sizeof(std::int64_t);
+    return static_cast<double>(width) * static_cast<double>(height) * per_pixel;
 }
 
 }  // namespace fluovox

@@ -19,7 +19,8 @@ inline constexpr const char* kFluorescenceLayer = "fluorescence";  ///< light th
 std::vector<std::string> film_layers(const std::vector<std::string>& dyes, bool per_dye);
 
 /// What the camera has collected: for each pixel, layer and channel the sum and the sum of squares of its samples, and
-/// for each pixel their count. Means, error bars, merging and comparing need nothing else.
+/// for each pixel their count; also, per layer, the squares of all channels together, since the channels of one sample
+/// are not independent. Means, error bars, merging and comparing need nothing else.
 ///
 /// Values are in the unit that the film is written in (FilmSpec): W m^-2 sr^-1 nm^-1 in a spectrometer's bins, or
 /// photons per second instead of watts; whoever adds samples converts. Different threads may add to different pixels at
@@ -44,10 +45,16 @@ public:
     /// dropped silently, and the loss is at most `nan_count` samples. `pixel` is row x width + column, row 0 on top.
     bool add(int pixel, std::span<const double> values);
 
-    /// Adds sums that were made elsewhere: of `count` samples of a pixel, their sums and sums of squares in the order
-    /// of `add`. For estimators whose sample is a photon that may reach any pixel: sum per photon first, then call this
-    /// once per pixel with the number of photons sent. Not finite sums are treated as one bad sample.
-    bool add_sums(int pixel, std::span<const double> sums, std::span<const double> squares, std::int64_t count);
+    /// Sums that were made elsewhere, of `count` samples of a pixel.
+    struct Sums {
+        std::span<const double> values;          ///< sums of the samples, in the order of `add`
+        std::span<const double> squares;         ///< sums of their squares
+        std::span<const double> squares_of_all;  ///< per layer: sum of the squares of all channels added up
+        std::int64_t count = 0;
+    };
+    /// For estimators whose sample is a photon that may reach any pixel: sum per photon first, then call this once per
+    /// pixel with the number of photons sent. Sums that are not finite count as one bad sample.
+    bool add_sums(int pixel, const Sums& sums);
 
     /// Counts bounds that a tracking step found exceeded; from any thread.
     void add_bound_violations(std::int64_t how_many);
@@ -58,6 +65,9 @@ public:
     /// Variance of `mean`: the sample variance divided by the count; 0 with fewer than two samples. Differences below
     /// 1e-8 of the mean are lost in the sum of squares.
     double variance_of_mean(int layer, int pixel, int channel) const;
+    /// The same for all channels of a layer added up.
+    double mean_of_all(int layer, int pixel) const;
+    double variance_of_mean_of_all(int layer, int pixel) const;
 
     /// Samples that were not finite, and bounds exceeded.
     std::int64_t nan_count() const { return nan_count_; }
@@ -74,6 +84,8 @@ private:
     };
 
     std::span<Moments> moments(int pixel);
+    std::span<double> squares_of_all(int pixel);
+    double variance(const Moments& moments, int pixel) const;
     const Moments& at(int layer, int pixel, int channel) const;
     void count_bad_sample();
 
@@ -81,7 +93,8 @@ private:
     int height_;
     int channels_;
     std::vector<std::string> layers_;
-    std::vector<Moments> moments_;  // pixel, layer, channel
+    std::vector<Moments> moments_;        // pixel, layer, channel
+    std::vector<double> squares_of_all_;  // pixel, layer
     std::vector<std::int64_t> counts_;
     std::int64_t nan_count_ = 0;
     std::int64_t bound_violations_ = 0;

@@ -24,6 +24,7 @@ double variance_unit(const Film& film) {
         for (int pixel = 0; pixel < film.pixels(); ++pixel) {
             for (int channel = 0; channel < film.channels(); ++channel)
                 largest = std::max(largest, film.variance_of_mean(layer, pixel, channel));
+            largest = std::max(largest, film.variance_of_mean_of_all(layer, pixel));
         }
     }
     if (largest == 0 || (largest > 1e-20 && largest < 1e36)) return 1;
@@ -60,6 +61,10 @@ RenderedImage make_image(const Film& film, const FilmSpec& spec, const Provenanc
                 image.variances.push_back(
                     stored_variance(film.variance_of_mean(layer, pixel, channel), image.variance_unit));
             }
+        }
+        for (int pixel = 0; pixel < film.pixels(); ++pixel) {
+            image.variances_of_all.push_back(
+                stored_variance(film.variance_of_mean_of_all(layer, pixel), image.variance_unit));
         }
     }
     return image;

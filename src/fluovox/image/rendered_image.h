@@ -25,11 +25,12 @@ struct RenderedImage {
     int width = 0;
     int height = 0;
     FilmSpec film;
-    std::vector<std::string> layers;   ///< as of Film: "total" first
-    std::vector<float> means;          ///< layer, channel, pixel (row 0 on top); unit as of Film
-    std::vector<float> variances;      ///< of the means, divided by `variance_unit` squared; ordered as `means`
-    double variance_unit = 1;          ///< a power of ten that keeps the variances inside the range of float
-    std::vector<std::int64_t> counts;  ///< samples of each pixel
+    std::vector<std::string> layers;      ///< as of Film: "total" first
+    std::vector<float> means;             ///< layer, channel, pixel (row 0 on top); unit as of Film
+    std::vector<float> variances;         ///< of the means, divided by `variance_unit` squared; ordered as `means`
+    std::vector<float> variances_of_all;  ///< layer, pixel: of all channels added up, in the same unit
+    double variance_unit = 1;             ///< a power of ten that keeps the variances inside the range of float
+    std::vector<std::int64_t> counts;     ///< samples of each pixel
     Provenance provenance;
     std::string version;  ///< of the program that made it
     std::int64_t nan_count = 0;
@@ -48,6 +49,17 @@ struct RenderedImage {
     }
     double variance(int layer, std::size_t pixel, int channel) const {
         const auto stored = static_cast<double>(plane(variances, layer, channel)[pixel]);
+        return stored * variance_unit * variance_unit;
+    }
+    /// All channels of a layer added up, and the variance of that mean.
+    double mean_of_all(int layer, std::size_t pixel) const {
+        double sum = 0;
+        for (int channel = 0; channel < channels(); ++channel)
+            sum += mean(layer, pixel, channel);
+        return sum;
+    }
+    double variance_of_all(int layer, std::size_t pixel) const {
+        const auto stored = static_cast<double>(variances_of_all[static_cast<std::size_t>(layer) * pixels() + pixel]);
         return stored * variance_unit * variance_unit;
     }
 

@@ -62,6 +62,7 @@ void expect_equal(const RenderedImage& a, const RenderedImage& b) {
     EXPECT_EQ(a.layers, b.layers);
     EXPECT_EQ(a.means, b.means);
     EXPECT_EQ(a.variances, b.variances);
+    EXPECT_EQ(a.variances_of_all, b.variances_of_all);
     EXPECT_EQ(a.variance_unit, b.variance_unit);
     EXPECT_EQ(a.counts, b.counts);
     EXPECT_EQ(a.version, b.version);
@@ -98,6 +99,8 @@ TEST_F(Exr, EverythingComesBack) {
     EXPECT_EQ(image.counts[4], 4);
     EXPECT_FLOAT_EQ(static_cast<float>(image.mean(3, 100, 2)), static_cast<float>(film.mean(3, 100, 2)));
     EXPECT_NEAR(image.variance(2, 100, 1) / film.variance_of_mean(2, 100, 1), 1, 1e-6);
+    EXPECT_NEAR(image.mean_of_all(2, 100) / film.mean_of_all(2, 100), 1, 1e-6);
+    EXPECT_NEAR(image.variance_of_all(2, 100) / film.variance_of_mean_of_all(2, 100), 1, 1e-6);
 }
 
 TEST_F(Exr, DetectorChannelsComeBack) {
@@ -132,9 +135,9 @@ TEST_F(Exr, HasExactlyOneSpectralSetForForeignReaders) {
         EXPECT_EQ(it.channel().type, Imf::FLOAT) << it.name();
     }
     EXPECT_EQ(sets, 3);
-    for (const char* name :
-         {"S0.503,333nm", "elastic.550,000nm", "fluorescence.550,000nm", "variance.550,000nm",
-          "variance.fluorescence.550,000nm", "dye.EGFP.550,000nm", "variance.dye.My_Dye.550,000nm", "R", "G", "B"}) {
+    for (const char* name : {"S0.503,333nm", "elastic.550,000nm", "fluorescence.550,000nm", "variance.550,000nm",
+                             "variance.fluorescence.550,000nm", "dye.EGFP.550,000nm", "variance.dye.My_Dye.550,000nm",
+                             "variance.all.channels", "variance.dye.EGFP.all.channels", "R", "G", "B"}) {
         EXPECT_NE(file.header().channels().findChannel(name), nullptr) << name;
     }
     const auto text = [&](const char* name) {

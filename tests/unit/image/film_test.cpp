@@ -47,6 +47,21 @@ TEST(Film, MeanAndVarianceEqualTheDirectFormulas) {
     EXPECT_EQ(film.count(3), 0);
 }
 
+TEST(Film, ChannelsOfASampleAreNotIndependent) {
+    Film film(1, 1, {"total", "other"}, 2);
+    testing::RunningMean together;
+    for (int i = 0; i < 50; ++i) {
+        const double x = i % 7;
+        film.add(0, std::array{x, -x, x, 2 * x});
+        together.add(3 * x);
+    }
+    EXPECT_EQ(film.mean_of_all(0, 0), 0);
+    EXPECT_EQ(film.variance_of_mean_of_all(0, 0), 0);
+    EXPECT_NEAR(film.mean_of_all(1, 0), together.mean, 1e-12);
+    const double error = together.standard_error();
+    EXPECT_NEAR(film.variance_of_mean_of_all(1, 0) / (error * error), 1, 1e-12);
+}
+
 TEST(Film, OneSampleHasNoVariance) {
     Film film(1, 1, {"total"}, 1);
     film.add(0, std::array{3.0});
@@ -98,10 +113,14 @@ TEST(Film, SumsMadeElsewhereEqualSamples) {
     Film at_once = one_by_one;
     for (const double x : {1.0, 0.0, 5.0})
         one_by_one.add(0, std::array{x});
-    EXPECT_TRUE(at_once.add_sums(0, std::array{6.0}, std::array{26.0}, 3));
+    const std::array sums = {6.0};
+    const std::array squares = {26.0};
+    EXPECT_TRUE(at_once.add_sums(0, {sums, squares, squares, 3}));
     EXPECT_EQ(at_once.mean(0, 0, 0), one_by_one.mean(0, 0, 0));
     EXPECT_EQ(at_once.variance_of_mean(0, 0, 0), one_by_one.variance_of_mean(0, 0, 0));
-    EXPECT_FALSE(at_once.add_sums(0, std::array{kNaN}, std::array{1.0}, 1));
+    EXPECT_EQ(at_once.variance_of_mean_of_all(0, 0), one_by_one.variance_of_mean_of_all(0, 0));
+    const std::array bad = {kNaN};
+    EXPECT_FALSE(at_once.add_sums(0, {bad, squares, squares, 1}));
     EXPECT_EQ(at_once.nan_count(), 1);
 }
 
@@ -131,7 +150,7 @@ TEST(Film, RefusesAnImpossibleShape) {
 TEST(Film, TellsItsMemoryBeforeItIsMade) {
     FilmSpec spec;
     spec.channels.resize(28);
-    EXPECT_EQ(film_bytes(spec, 256, 256, 3), 256.0 * 256 * (3 * 28 * 16 + 8));
+    EXPECT_EQ(film_bytes(spec, 256, 256, 3), 256.0 * 256 * (3 * (28 * 16 + 8) + 8));
     EXPECT_GT(film_bytes(spec, 2000000000, 2000000000, 3), 1e20);
 }
 

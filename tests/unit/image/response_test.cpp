@@ -1,0 +1,79 @@
+#include "fluovox/image/response.h"
+
+#include "test_images.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace fluovox {
+namespace {
+
+TEST(Response, MeanAndErrorOfARegion) {
+    const FilmSpec spec = testing::spectrometer(400, 700, 2);
+    Film film(3, 2, {"total"}, 2);
+    for (int pixel = 0; pixel < 6; ++pixel) {
+        film.add(pixel, std::array{1.0 * pixel, 10.0});
+        film.add(pixel, std::array{2.0 * pixel, 10.0});
+    }
+    const RenderedImage image = make_image(film, spec, {});
+    // Pixels 1, 2, 4, 5: means 1.5 p, variances of the mean p^2 / 4.
+    const SpectralResponse part = mean_response(image, 0, {1, 0, 3, 2});
+    EXPECT_NEAR(part.mean[0], 1.5 * 3, 1e-6);
+    EXPECT_NEAR(part.standard_error[0], std::sqrt((1 + 4 + 16 + 25) / 4.0) / 4, 1e-6);
+    EXPECT_NEAR(part.mean[1], 10, 1e-6);
+    EXPECT_EQ(part.standard_error[1], 0);
+    EXPECT_THROW(mean_response(image, 0, {1, 0, 4, 2}), std::invalid_argument);
+    EXPECT_THROW(mean_response(image, 0, {1, 1, 1, 2}), std::invalid_argument);
+    EXPECT_THROW(mean_response(image, 1, {0, 0, 3, 2}), std::invalid_argument);
+}
+
+TEST(Response, WattsWeighTheEmissionByPhotonEnergy) {
+    FilmSpec spec = testing::spectrometer(400, 800, 2);
+    const Spectrum flat = Spectrum::box(400, 800, 1 / 400.0);
+    // Integral of dl / l over each half: ln(600/400) and ln(800/600).
+    const auto watts = emission_on_film(flat, spec);
+    EXPECT_NEAR(watts[0] / watts[1], std::log(1.5) / std::log(4.0 / 3), 1e-9);
+    spec.unit = FilmUnit::Photons;
+    const auto photons = emission_on_film(flat, spec);
+    EXPECT_NEAR(photons[0], photons[1], 1e-15);
+    EXPECT_NEAR(photons[0], 0.5 / 200, 1e-15);
+}
+
+TEST(Response, EmissionBeyondItsTableIsZero) {
+    const auto watts = emission_on_film(Spectrum::box(500, 550, 0.02), testing::spectrometer(400, 800, 4));
+    EXPECT_EQ(watts[0], 0);
+    EXPECT_GT(watts[1], 0);
+    EXPECT_EQ(watts[2], 0);
+}
+
+TEST(Response, DistanceComparesShapesOnly) {
+    EXPECT_NEAR(normalized_distance({1, 2, 1}, {10, 20, 10}), 0, 1e-15);
+    EXPECT_NEAR(normalized_distance({1, 0}, {0, 5}), 2, 1e-15);
+    EXPECT_NEAR(normalized_distance({3, 1}, {1, 1}), 0.5, 1e-15);
+    EXPECT_EQ(normalized({1, 3}, 5), (std::vector<double>{0.05, 0.15}));
+    EXPECT_EQ(normalized({0, 0}, 5), (std::vector<double>{0, 0}));
+}
+
+TEST(Response, NoiseAloneMakesADistanceOfTheSizeItTells) {
+    std::mt19937_64 random(3);
+    SpectralResponse response;
+    std::vector<double> truth;
+    for (int i = 0; i < 40; ++i) {
+        truth.push_back(100 + i);
+        response.standard_error.push_back(0.5);
+    }
+    double sum = 0;
+    for (int trial = 0; trial < 200; ++trial) {
+        response.mean.clear();
+        for (const double value : truth)
+            response.mean.push_back(value + std::normal_distribution<double>(0, 0.5)(random));
+        sum += normalized_distance(response.mean, truth);
+    }
+    EXPECT_NEAR(sum / 200 / distance_from_noise(response), 1, 0.05);
+}
+
+}  // namespace
+}  // namespace fluovox
