@@ -127,7 +127,13 @@ Interval clipped(Interval span, double value, double slope, double low, double h
     return {std::max(span.begin, std::min(a, b)), std::min(span.end, std::max(a, b))};
 }
 
+// Boost would work in long double otherwise.
+using DoubleOnly = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+
 double standard_normal_cdf(double x) {
+    constexpr double kWholly = 7;  // beyond, the rest is under 1e-11
+    if (x < -kWholly) return 0;
+    if (x > kWholly) return 1;
     return 0.5 * std::erfc(-x / std::numbers::sqrt2);
 }
 
@@ -215,7 +221,7 @@ double LitSection::sample(double u) const {
             return lit_.begin + u * lit_.length();
         case Kind::Normal: {
             const double p = std::clamp(2 * mixed - 1, -1 + 1e-15, 1 - 1e-15);
-            const double t = center_ + scale_ * std::numbers::sqrt2 * boost::math::erf_inv(p);
+            const double t = center_ + scale_ * std::numbers::sqrt2 * boost::math::erf_inv(p, DoubleOnly());
             return std::clamp(t, lit_.begin, lit_.end);
         }
         case Kind::Equiangular:

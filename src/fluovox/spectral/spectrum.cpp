@@ -35,6 +35,25 @@ Spectrum::Spectrum(std::vector<double> wavelengths_nm, std::vector<double> value
         if (!(step > 0)) throw std::invalid_argument("a spectrum's wavelengths must increase");
         cumulative_[i] = cumulative_[i - 1] + 0.5 * step * (values_[i] + values_[i - 1]);
     }
+    // About as many stretches as knots, so that looking one up takes a step or two.
+    const std::size_t stretches = values_.size();
+    stretches_per_nm_ = static_cast<double>(stretches) / (last_nm() - first_nm());
+    for (std::size_t s = 0; s <= stretches; ++s) {
+        const double start = first_nm() + static_cast<double>(s) / stretches_per_nm_;
+        const auto above = std::upper_bound(wavelengths_nm_.begin(), wavelengths_nm_.end() - 1, start);
+        first_knot_.push_back(static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(above - wavelengths_nm_.begin(), 1)));
+    }
+}
+
+std::size_t Spectrum::knot_above(double wavelength_nm) const {
+    const auto stretch = static_cast<std::size_t>((wavelength_nm - first_nm()) * stretches_per_nm_);
+    std::size_t i = first_knot_[std::min(stretch, first_knot_.size() - 1)];
+    // Rounding may have chosen the next stretch.
+    while (i > 1 && wavelengths_nm_[i - 1] > wavelength_nm)
+        --i;
+    while (i + 1 < wavelengths_nm_.size() && wavelengths_nm_[i] <= wavelength_nm)
+        ++i;
+    return i;
 }
 
 Spectrum Spectrum::box(double from_nm, double to_nm, double value) {
@@ -43,8 +62,7 @@ Spectrum Spectrum::box(double from_nm, double to_nm, double value) {
 
 double Spectrum::operator()(double wavelength_nm) const {
     if (empty() || !(wavelength_nm >= first_nm()) || wavelength_nm > last_nm()) return 0;
-    const auto above = std::upper_bound(wavelengths_nm_.begin(), wavelengths_nm_.end() - 1, wavelength_nm);
-    const auto i = static_cast<std::size_t>(above - wavelengths_nm_.begin());
+    const std::size_t i = knot_above(wavelength_nm);
     const double t = (wavelength_nm - wavelengths_nm_[i - 1]) / (wavelengths_nm_[i] - wavelengths_nm_[i - 1]);
     return (1 - t) * values_[i - 1] + t * values_[i];
 }

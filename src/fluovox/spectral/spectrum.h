@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace fluovox {
@@ -41,9 +43,14 @@ public:
     const std::vector<double>& values() const { return values_; }
 
 private:
+    /// Index of the first knot above a wavelength within the table; the last knot at its end.
+    std::size_t knot_above(double wavelength_nm) const;
+
     std::vector<double> wavelengths_nm_;
     std::vector<double> values_;
-    std::vector<double> cumulative_;  // integral from the first wavelength up to each
+    std::vector<double> cumulative_;         // integral from the first wavelength up to each
+    std::vector<std::uint32_t> first_knot_;  // for each equal stretch of the range, the first knot above its start
+    double stretches_per_nm_ = 0;
 };
 
 /// Values multiplied at every wavelength either of them is tabulated at; linear between these.

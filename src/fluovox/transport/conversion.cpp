@@ -54,7 +54,7 @@ const PathOptics& PathTracer::excitation_optics(const Excitation& excitation, Le
     one.count = 1;
     one.nm[0] = excitation.wavelength_nm;
     one.pdf_per_nm[0] = excitation.probability;
-    level.optics = field_.optics(one);
+    field_.set_optics(one, level.optics);
     return level.optics;
 }
 

@@ -56,8 +56,14 @@ OpticalField::OpticalField(const Scene& scene) : scene_(&scene) {
 
 PathOptics OpticalField::optics(const Wavelengths& wavelengths) const {
     PathOptics optics;
+    set_optics(wavelengths, optics);
+    return optics;
+}
+
+void OpticalField::set_optics(const Wavelengths& wavelengths, PathOptics& optics) const {
     optics.wavelengths = wavelengths;
-    optics.media.resize(scene_->media.size());
+    optics.media.assign(scene_->media.size(), {});
+    optics.grey_scattering = true;
     for (std::size_t i = 0; i < optics.media.size(); ++i) {
         const SceneMedium& medium = scene_->media[i];
         PathOptics::MediumLanes& lanes = optics.media[i];
@@ -77,7 +83,6 @@ PathOptics OpticalField::optics(const Wavelengths& wavelengths) const {
         lanes.max_absorption = lanes.absorption.max();
         lanes.max_extinction = lanes.extinction.max();
     }
-    return optics;
 }
 
 void OpticalField::gather(const Ray& ray, std::vector<MediumSpan>& spans) const {

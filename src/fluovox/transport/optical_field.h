@@ -57,6 +57,8 @@ public:
     explicit OpticalField(const Scene& scene);
 
     PathOptics optics(const Wavelengths& wavelengths) const;
+    /// The same into `optics`, whose storage is kept.
+    void set_optics(const Wavelengths& wavelengths, PathOptics& optics) const;
 
     /// Where the constant media lie along a ray.
     void gather(const Ray& ray, std::vector<MediumSpan>& spans) const;

@@ -53,6 +53,8 @@ public:
     /// One unbiased estimate of the radiance that arrives at the origin of `ray` from its direction.
     void estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRadiance& result);
 
+    /// The media at a laser line of `illumination`.
+    const PathOptics& line_optics(std::size_t line) const { return line_optics_[line]; }
     OpticalField& field() { return field_; }
     const Illumination& illumination() const { return *illumination_; }
 

@@ -61,8 +61,10 @@ private:
     void add_continuum(const Ray& ray, Rng& rng) {
         const Illumination& lights = tracer_.illumination();
         if (!dyes_seen_ && !lights.has_continuous()) return;
-        const PathOptics optics = tracer_.field().optics(response_.sample(rng.uniform()));
-        PathTask task;
+        tracer_.field().set_optics(response_.sample(rng.uniform()), optics_);
+        const PathOptics& optics = optics_;
+        PathTask& task = task_;
+        task.light_photons.clear();
         task.optics = &optics;
         task.orders = dyes_seen_ ? orders(*scene_) : 0;
         task.scatterings = scatterings_;
@@ -95,13 +97,9 @@ private:
         const auto lines = static_cast<double>(visible_lines_.size());
         const std::size_t line = visible_lines_[static_cast<std::size_t>(rng.uniform() * lines)];
         const Illumination::Line& light = tracer_.illumination().lines()[line];
-        Wavelengths one;
-        one.count = 1;
-        one.nm[0] = light.wavelength_nm;
-        one.pdf_per_nm[0] = 1 / lines;
-        const PathOptics optics = tracer_.field().optics(one);
-        PathTask task;
-        task.optics = &optics;
+        PathTask& task = task_;
+        task.optics = &tracer_.line_optics(line);
+        task.orders = 0;
         task.scatterings = scatterings_;
         task.light_photons.assign(scene_->lights.size(), Lanes{});
         for (std::size_t l = 0; l < scene_->lights.size(); ++l)
@@ -128,6 +126,8 @@ private:
     int scatterings_ = 0;
     std::vector<std::size_t> visible_lines_;
     std::vector<double> values_;
+    PathOptics optics_;
+    PathTask task_;
     PathRadiance radiance_;
 };
 
