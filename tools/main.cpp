@@ -22,6 +22,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"voxelize", "meshes to a VDB grid of dye concentration", fluovox::tools::run_voxelize},
     {"info", "what is in a grid file", fluovox::tools::run_info},
     {"dyes", "the dyes it knows, one dye's numbers and spectra, tissue", fluovox::tools::run_dyes},
+    {"spectrum", "the spectral response of an image, against its dye's emission", fluovox::tools::run_spectrum},
     {"diff", "are two renders the same within their noise?", fluovox::tools::run_diff},
 });
 
