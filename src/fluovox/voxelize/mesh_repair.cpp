@@ -3,7 +3,9 @@
 #include "fluovox/voxelize/mesh_topology.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace fluovox {
@@ -77,14 +79,79 @@ bool is_flat(const std::vector<Vec3>& loop, const Vec3& center) {
     double deviation = 0;
     for (const Vec3& p : loop)
         deviation = std::max(deviation, std::abs(dot(p - center, normal)) / twice_area);
-    constexpr double kFlat = 0.15;  // of the size of the hole
+    constexpr double kFlat = 0.1;  // of the size of the hole
     return deviation <= kFlat * std::sqrt(twice_area / 2);
+}
+
+/// Meshes cut out of a larger volume end at the faces of a box. Where all of a loop lies on faces of the box around the
+/// mesh, a fan around a point on all those faces at once lies in them too; this moves `center` there.
+bool snap_to_box(const std::vector<Vec3>& loop, const Bounds& box, Vec3& center) {
+    double perimeter = 0;
+    for (std::size_t i = 0; i < loop.size(); ++i)
+        perimeter += length(loop[(i + 1) % loop.size()] - loop[i]);
+    const double near = 0.5 * perimeter / static_cast<double>(loop.size());  // meshes are smoothed a little at the cut
+    std::array<int, 6> on_face{};
+    for (const Vec3& p : loop) {
+        bool on_any = false;
+        for (std::size_t face = 0; face < 6; ++face) {
+            const int axis = static_cast<int>(face / 2);
+            if (std::abs(p[axis] - (face % 2 == 0 ? box.min : box.max)[axis]) > near) continue;
+            ++on_face[face];
+            on_any = true;
+        }
+        if (!on_any) return false;
+    }
+    for (std::size_t face = 0; face < 6; ++face) {
+        if (on_face[face] < 3) continue;
+        if (face % 2 == 1 && on_face[face - 1] >= 3) return false;  // from one face to the opposite one
+        const int axis = static_cast<int>(face / 2);
+        center[axis] = (face % 2 == 0 ? box.min : box.max)[axis];
+    }
+    return true;
+}
+
+/// Closes a loop by a fan around `center`.
+void add_cap(Mesh& mesh, const BoundaryLoop& loop, const Vec3& center) {
+    if (loop.size() == 3) {
+        mesh.triangles.push_back({loop[0], loop[1], loop[2]});
+        return;
+    }
+    const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(center);
+    for (std::size_t i = 0; i < loop.size(); ++i)
+        mesh.triangles.push_back({loop[i], loop[(i + 1) % loop.size()], middle});
+}
+
+/// Closes a loop by rings that shrink towards `center`, each with half the vertices of the one before, so that the
+/// triangles are about as long as wide and the winding number of the cap is quick to find.
+void add_ringed_cap(Mesh& mesh, BoundaryLoop ring, const Vec3& center) {
+    constexpr std::size_t kFew = 16;
+    while (ring.size() > kFew) {
+        // As far inwards as its edges are long.
+        const double shrink = 1 - 2 * std::numbers::pi / static_cast<double>(ring.size());
+        BoundaryLoop inner;
+        for (std::size_t i = 0; i < ring.size(); i += 2) {
+            inner.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
+            mesh.vertices.push_back(center + shrink * (mesh.vertices[ring[i]] - center));
+        }
+        for (std::size_t i = 0; i < ring.size(); ++i) {
+            const std::uint32_t here = inner[i / 2];
+            const std::uint32_t next = inner[(i / 2 + 1) % inner.size()];
+            mesh.triangles.push_back({ring[i], ring[(i + 1) % ring.size()], here});
+            const bool step = i % 2 == 1 || i + 1 == ring.size();
+            if (step) mesh.triangles.push_back({ring[(i + 1) % ring.size()], next, here});
+        }
+        ring = std::move(inner);
+    }
+    add_cap(mesh, ring, center);
 }
 
 void add_caps(SolidMesh& solid, const std::vector<EdgeUse>& uses, std::vector<std::uint32_t>& component) {
     Mesh& mesh = solid.mesh;
     std::vector<std::uint32_t> loop_components;
     const auto loops = boundary_loops(mesh, component, uses, loop_components);
+    if (loops.empty()) return;
+    const Bounds box = mesh_bounds(mesh);
     std::vector<Vec3> corners;
     for (std::size_t n = 0; n < loops.size(); ++n) {
         const BoundaryLoop& loop = loops[n];
@@ -96,18 +163,15 @@ void add_caps(SolidMesh& solid, const std::vector<EdgeUse>& uses, std::vector<st
             center = center + mesh.vertices[vertex];
         }
         center = (1.0 / static_cast<double>(loop.size())) * center;
-        const bool flat = is_flat(corners, center);
+        const bool sure = snap_to_box(corners, box, center) || is_flat(corners, center);
         ++solid.report.holes;
-        if (!flat) ++solid.report.uneven_holes;
-        if (loop.size() == 3) {
-            mesh.triangles.push_back({loop[0], loop[1], loop[2]});
+        if (!sure) ++solid.report.uneven_holes;
+        if (sure) {
+            add_cap(mesh, loop, center);
         } else {
-            const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
-            mesh.vertices.push_back(center);
-            for (std::size_t i = 0; i < loop.size(); ++i)
-                mesh.triangles.push_back({loop[i], loop[(i + 1) % loop.size()], middle});
+            add_ringed_cap(mesh, loop, center);
         }
-        solid.cap_is_flat.resize(mesh.triangles.size() - solid.first_cap, static_cast<std::uint8_t>(flat));
+        solid.cap_is_sure.resize(mesh.triangles.size() - solid.first_cap, static_cast<std::uint8_t>(sure));
         component.resize(mesh.triangles.size(), loop_components[n]);
     }
 }

@@ -31,9 +31,10 @@ struct MeshReport {
 
 /// A mesh whose winding number is a whole number everywhere: every hole has a cap.
 struct SolidMesh {
-    Mesh mesh;                              ///< triangles of the file first, then the caps
-    std::size_t first_cap = 0;              ///< index of the first cap triangle
-    std::vector<std::uint8_t> cap_is_flat;  ///< for each cap triangle: its hole is nearly plane, so the cap is right
+    Mesh mesh;                  ///< triangles of the file first, then the caps
+    std::size_t first_cap = 0;  ///< index of the first cap triangle
+    std::vector<std::uint8_t>
+        cap_is_sure;  ///< for each cap triangle: its hole is nearly plane or at a cut, so the cap is right
     MeshReport report;
 };
 

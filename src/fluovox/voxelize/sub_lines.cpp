@@ -126,9 +126,20 @@ int SubLines::winding_at(std::size_t line, double x) const {
 }
 
 float SubLines::open_fraction(int column, int x) const {
-    // Every other line both ways, four points on each, one in each quarter of the voxel.
+    // Every other line both ways, four points on each; the solid angle of the caps at one point of each eighth of the
+    // voxel serves for all in it, unless a cap itself is near, where it jumps.
     constexpr int kStep = 2;
     constexpr int kPoints = 4;
+    const Vec3 corner = {static_cast<double>(x), static_cast<double>(kBlockSide * task_.y + column / kBlockSide),
+                         static_cast<double>(kBlockSide * task_.z + column % kBlockSide)};
+    std::array<double, 8> caps{};
+    for (std::size_t i = 0; i < caps.size(); ++i) {
+        const auto half = [&](unsigned bit) { return (i >> bit & 1U) != 0 ? 0.75 : 0.25; };
+        caps[i] = surface_.open_caps(corner + Vec3{half(2), half(1), half(0)});
+    }
+    const auto [least, most] = std::minmax_element(caps.begin(), caps.end());
+    constexpr double kJump = 0.4;
+    const bool smooth = *most - *least < kJump;
     int inside = 0;
     int all = 0;
     for (int n = 0; n < kPerColumn; ++n) {
@@ -137,11 +148,22 @@ float SubLines::open_fraction(int column, int x) const {
         const Place at = place(line);
         for (int point = 0; point < kPoints; ++point, ++all) {
             const double position = x + (point + 0.5) / kPoints;
-            const double without_caps = winding_at(line, position) - surface_.open_caps({position, at.y, at.z});
-            inside += without_caps >= 0.5 ? 1 : 0;
+            const int eighth = 4 * (point / 2) + 2 * (n / kPerSide / 4) + n % kPerSide / 4;
+            const double angle =
+                smooth ? caps[static_cast<std::size_t>(eighth)] : surface_.open_caps({position, at.y, at.z});
+            inside += winding_at(line, position) - angle >= 0.5 ? 1 : 0;
         }
     }
     return static_cast<float>(inside) / static_cast<float>(all);
+}
+
+bool SubLines::crossed(int column, double x) const {
+    for (int n = 0; n < kPerColumn; ++n) {
+        const std::size_t line = static_cast<std::size_t>(column) * kPerColumn + static_cast<std::size_t>(n);
+        for (std::uint32_t i = first_[line]; i < first_[line + 1]; ++i)
+            if (crossings_[i].x >= x && crossings_[i].x <= x + 1) return true;
+    }
+    return false;
 }
 
 std::uint64_t SubLines::fill_open_block(std::int32_t block, BlockValues& values) {
@@ -153,10 +175,18 @@ std::uint64_t SubLines::fill_open_block(std::int32_t block, BlockValues& values)
         const int x = kBlockSide * block + voxel / kBlockColumns;
         const Vec3 center = {x + 0.5, kBlockSide * task_.y + column / kBlockSide + 0.5,
                              kBlockSide * task_.z + column % kBlockSide + 0.5};
+        const double caps = surface_.open_caps(center);
         constexpr double kMatters = 0.35;  // half, less what it can change from a voxel's centre to its corner
-        if (std::abs(surface_.open_caps(center)) < kMatters) continue;
-        values[static_cast<std::size_t>(voxel)] = open_fraction(column, x);
+        if (std::abs(caps) < kMatters) continue;
         ++decided;
+        float& value = values[static_cast<std::size_t>(voxel)];
+        const int winding = winding_at(static_cast<std::size_t>(column) * kPerColumn, x + 0.5);
+        constexpr double kClear = 0.1;  // the solid angle changes less across a voxel that no surface or cap crosses
+        if (std::abs(winding - caps - 0.5) > kClear && !crossed(column, x)) {
+            value = winding - caps >= 0.5 ? 1.0F : 0.0F;
+        } else {
+            value = open_fraction(column, x);
+        }
     }
     return decided;
 }

@@ -38,6 +38,8 @@ private:
     Place place(std::size_t line) const;
     /// Winding number of a line at `x`.
     int winding_at(std::size_t line, double x) const;
+    /// Whether the surface or a cap crosses a voxel.
+    bool crossed(int column, double x) const;
     float open_fraction(int column, int x) const;
 
     const VoxelSurface& surface_;

@@ -44,6 +44,29 @@ Lattice make_lattice(const Bounds& bounds, double voxel_um) {
     return lattice;
 }
 
+/// Adds a cap triangle in pieces about as long as wide, so that the hierarchy over them has compact groups. The third
+/// corner of a cap is the middle of its fan.
+void add_in_pieces(Mesh& caps, const std::array<Vec3, 3>& corners) {
+    const auto& [a, b, middle] = corners;
+    const double width = length(b - a);
+    const double reach = std::max(length(middle - a), length(middle - b));
+    constexpr double kAspect = 8;
+    constexpr double kMost = 64;
+    const int pieces = width > 0 ? static_cast<int>(std::clamp(reach / (kAspect * width), 1.0, kMost)) : 1;
+    for (int i = 0; i < pieces; ++i) {
+        const double s = static_cast<double>(i) / pieces;
+        const double t = static_cast<double>(i + 1) / pieces;
+        const auto first = static_cast<std::uint32_t>(caps.vertices.size());
+        caps.vertices.push_back(a + s * (middle - a));
+        caps.vertices.push_back(b + s * (middle - b));
+        caps.vertices.push_back(b + t * (middle - b));
+        caps.triangles.push_back({first, first + 1, first + 2});
+        if (i + 1 == pieces) break;
+        caps.vertices.push_back(a + t * (middle - a));
+        caps.triangles.push_back({first, first + 2, first + 3});
+    }
+}
+
 VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& lattice, InsideRule rule) {
     VoxelSurface surface;
     Mesh open_caps;
@@ -55,15 +78,15 @@ VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& latt
                 placed[axis] = v[axis] / lattice.voxel_um - lattice.corner[static_cast<std::size_t>(axis)];
             surface.mesh.vertices.push_back(placed);
         }
+        const auto vertex = [&](std::uint32_t number) { return surface.mesh.vertices[number + offset]; };
         for (std::size_t t = 0; t < solid.mesh.triangles.size(); ++t) {
             const auto& corners = solid.mesh.triangles[t];
             surface.mesh.triangles.push_back({corners[0] + offset, corners[1] + offset, corners[2] + offset});
             if (t < solid.first_cap || rule == InsideRule::Stab) continue;
-            if (rule == InsideRule::Auto && solid.cap_is_flat[t - solid.first_cap] != 0) continue;
-            open_caps.triangles.push_back(surface.mesh.triangles.back());
+            if (rule == InsideRule::Auto && solid.cap_is_sure[t - solid.first_cap] != 0) continue;
+            add_in_pieces(open_caps, {vertex(corners[0]), vertex(corners[1]), vertex(corners[2])});
         }
     }
-    open_caps.vertices = surface.mesh.vertices;
     surface.open_caps = WindingTree(open_caps);
     add_open_blocks(open_caps, surface);
     return surface;

@@ -38,7 +38,7 @@ WindingTree::WindingTree(const Mesh& mesh) {
 }
 
 void WindingTree::build(std::size_t begin, std::size_t end) {
-    constexpr std::size_t kLeaf = 8;
+    constexpr std::size_t kLeaf = 1;
     const std::size_t index = nodes_.size();
     Node node;
     node.begin = begin;
@@ -78,7 +78,7 @@ double WindingTree::operator()(const Vec3& point) const {
 }
 
 double WindingTree::evaluate(std::size_t index, const Vec3& point) const {
-    constexpr double kFar = 2.5;  // radii; the dipole's error falls with the square of it
+    constexpr double kFar = 2.2;  // radii; the dipole's error falls with the square of it
     const Node& node = nodes_[index];
     const Vec3 to = node.center - point;
     const double distance = length(to);

@@ -1,10 +1,14 @@
+#include "fluovox/core/rng.h"
 #include "fluovox/voxelize/mesh_file.h"
 #include "fluovox/voxelize/voxelize.h"
+#include "fluovox/voxelize/winding_tree.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -68,6 +72,52 @@ TEST(Specimen, TheBunnyWithFiveHolesHoldsItsWindingNumberVolume) {
     EXPECT_EQ(filled->mesh.holes, 5U);
     FILL_OR_SKIP(winding, "stanford_bunny.obj", 256, InsideRule::Winding);
     EXPECT_NEAR(filled->voxels.volume_um3 / winding->voxels.volume_um3, 1, 0.01);
+}
+
+// The neurite without the caps where it was cut out of its volume, against its closed twin.
+TEST(Specimen, ACutNeuriteKeepsItsVolume) {
+    for (const int resolution : {256, 1024}) {
+        FILL_OR_SKIP(filled, "pinky_seg_28673074_open.ply", resolution);
+        EXPECT_EQ(filled->mesh.boundary_edges, 2570U);
+        EXPECT_NEAR(filled->voxels.volume_um3 / 1.8756057e10, 1, 0.015) << resolution;
+    }
+}
+
+TEST(Specimen, AThinAxonHoldsItsWindingNumberVolumeAtHighResolution) {
+    FILL_OR_SKIP(filled, "fly_da1pn_722817260.ply", 256);
+    EXPECT_EQ(filled->mesh.boundary_edges, 20U);
+    EXPECT_EQ(filled->mesh.nonmanifold_edges, 672U);
+    FILL_OR_SKIP(fine, "fly_da1pn_722817260.ply", 2048, InsideRule::Winding);
+    EXPECT_NEAR(filled->voxels.volume_um3 / fine->voxels.volume_um3, 1, 0.03);
+}
+
+// Open sheets with a seam where they disagree about outside: there is no true volume, only that of the winding number,
+// which is summed here triangle by triangle, without any caps or hierarchy.
+TEST(Specimen, OpenSheetsHoldTheirWindingNumberVolume) {
+    FILL_OR_SKIP(filled, "rat_nmj.obj", 40);
+    EXPECT_EQ(filled->mesh.misoriented_edges, 1381U);
+    EXPECT_EQ(filled->mesh.boundary_edges, 621U);
+    EXPECT_EQ(filled->mesh.uneven_holes, 1U);
+    SolidMesh solid = make_solid(load_mesh(kMeshes / "rat_nmj.obj").mesh);
+    solid.mesh.triangles.resize(solid.first_cap);
+    const Bounds bounds = mesh_bounds(solid.mesh);
+    Rng random(11, 0, 0);
+    constexpr int kPoints = 1500;
+    int inside = 0;
+    for (int i = 0; i < kPoints; ++i) {
+        Vec3 point;
+        for (int axis = 0; axis < 3; ++axis)
+            point[axis] = bounds.min[axis] + random.uniform() * bounds.size()[axis];
+        double angle = 0;
+        for (const auto& t : solid.mesh.triangles)
+            angle +=
+                solid_angle({solid.mesh.vertices[t[0]], solid.mesh.vertices[t[1]], solid.mesh.vertices[t[2]]}, point);
+        inside += angle >= 2 * std::numbers::pi ? 1 : 0;
+    }
+    const double share = static_cast<double>(inside) / kPoints;
+    const double box = bounds.size().x * bounds.size().y * bounds.size().z;
+    const double sigma = box * std::sqrt(share * (1 - share) / kPoints);
+    EXPECT_NEAR(filled->voxels.volume_um3, box * share, 5 * sigma);
 }
 
 }  // namespace
