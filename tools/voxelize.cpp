@@ -1,5 +1,8 @@
 #include "fluovox/core/atomic_file.h"
 #include "fluovox/core/progress.h"
+#include "fluovox/core/version.h"
+#include "fluovox/voxelize/input_bytes.h"
+#include "fluovox/voxelize/levelset.h"
 #include "fluovox/voxelize/specimen.h"
 
 #include "commands.h"
@@ -10,6 +13,7 @@
 #include <sys/resource.h>
 
 #include <cstdio>
+#include <filesystem>
 
 namespace fluovox::tools {
 namespace {
@@ -44,6 +48,23 @@ Json part_json(const PartReport& part) {
             {"volume_um3", mesh.volume_um3}};
 }
 
+Json part_json(const PartReport& part, const MorphologyReport& morphology) {
+    return {{"name", part.name},
+            {"sha256", part.sha256},
+            {"points", morphology.points},
+            {"roots", morphology.roots},
+            {"soma", morphology.soma},
+            {"soma_points", morphology.soma_points},
+            {"branch_points", morphology.branch_points},
+            {"spines", morphology.spines},
+            {"cable_length", morphology.cable_length},
+            {"mended_radii", morphology.mended_radii},
+            {"zero_lengths", morphology.zero_lengths},
+            {"missing_parents", morphology.missing_parents},
+            {"cycles", morphology.cycles},
+            {"repeated_points", morphology.repeated_points}};
+}
+
 Json group_json(const GroupReport& group) {
     const VoxelizeReport& voxels = group.voxels;
     const double share =
@@ -59,7 +80,7 @@ Json group_json(const GroupReport& group) {
                  {"seconds", group.seconds},
                  {"meshes", Json::array()}};
     for (const PartReport& part : group.parts)
-        json["meshes"].push_back(part_json(part));
+        json["meshes"].push_back(part.morphology ? part_json(part, *part.morphology) : part_json(part));
     return json;
 }
 
@@ -88,6 +109,25 @@ void print_summary(const SpecimenResult& result, const std::string& output) {
                peak_bytes() / 1000000);
 }
 
+/// A level set is one step: read, convert, describe.
+SpecimenResult convert_levelset(const VoxelizeRequest& request) {
+    const SpecimenGroup& group = request.groups.front();
+    const double um = request.um_per_unit > 0 ? request.um_per_unit : 1;
+    const DyeGrid grid = load_levelset_as_dye(request.levelset, request.levelset_grid, group.concentration_uM, um);
+    GridMetadata metadata;
+    metadata.dye = group.dye;
+    metadata.value_unit = "umol/L";
+    metadata.length_unit = "um";
+    metadata.source = std::filesystem::path(request.levelset).filename().string();
+    metadata.source_sha256 = sha256_hex(load_bytes(request.levelset));
+    metadata.fluovox_version = version();
+    describe_dye_grid(grid, group.dye, metadata, request.settings.half);
+    SpecimenResult result;
+    result.voxel_size_um = inspect_dye_grid(grid).voxel_size_um.x;
+    result.grids = {grid};
+    return result;
+}
+
 }  // namespace
 
 ExitCode run_voxelize(const std::vector<std::string>& arguments) {
@@ -101,7 +141,9 @@ ExitCode run_voxelize(const std::vector<std::string>& arguments) {
     for (const std::string& remark : request.remarks)
         say(remark);
 
-    const SpecimenResult result = voxelize_specimen(request.groups, request.settings, *progress);
+    const SpecimenResult result = request.levelset.empty()
+                                      ? voxelize_specimen(request.groups, request.settings, *progress)
+                                      : convert_levelset(request);
     if (progress->stopped()) {
         say("stopped; nothing was written");
         return ExitCode::Stopped;

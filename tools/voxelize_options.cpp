@@ -3,6 +3,7 @@
 #include "fluovox/core/quantity.h"
 #include "fluovox/medium/dye_library.h"
 #include "fluovox/voxelize/mesh_file.h"
+#include "fluovox/voxelize/morphology.h"
 
 #include <fmt/format.h>
 
@@ -95,8 +96,10 @@ std::vector<fs::path> mesh_files(const std::string& argument) {
     if (!fs::is_directory(argument)) return {argument};
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(argument))
-        if (entry.is_regular_file() && is_mesh_file(entry.path())) files.push_back(entry.path());
-    if (files.empty()) throw InputError(argument + ": has no meshes");
+        if (entry.is_regular_file() && (is_mesh_file(entry.path()) || is_morphology_file(entry.path()))) {
+            files.push_back(entry.path());
+        }
+    if (files.empty()) throw InputError(argument + ": has no meshes or morphologies");
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -182,6 +185,9 @@ void parse_settings(const CommandLine& line, SpecimenSettings& settings) {
                                             {"sum", OverlapRule::Sum},
                                             {"first", OverlapRule::First},
                                             {"last", OverlapRule::Last}});
+    if (values.count("shell") != 0) {
+        settings.shell_um = positive_length(line, "--shell", values["shell"].as<std::string>());
+    }
     settings.voxels.max_bytes = values["max-bytes"].as<double>();
     settings.half = values["half"].as<bool>();
     settings.strict = values["strict"].as<bool>();
@@ -193,11 +199,13 @@ CommandLine voxelize_command_line() {
     CommandLine line("fluovox voxelize MESH... -o OUT.vdb --dye NAME=CONCENTRATION --voxel-size LENGTH",
                      "  fluovox voxelize neuron.obj -o neuron.vdb --dye EGFP=5uM --voxel-size 0.1um\n"
                      "  fluovox voxelize cell.ply -o cell.vdb --dye EGFP=5uM --voxel-size 50nm --mesh-unit nm\n"
+                     "  fluovox voxelize cell.swc -o cell.vdb --dye EGFP=5uM --voxel-size 0.2um\n"
+                     "  fluovox voxelize --from-levelset sdf.vdb -o cell.vdb --dye EGFP=5uM\n"
                      "  fluovox voxelize axon.ply dendrite.ply --dye EGFP=5uM nucleus.stl --dye DAPI=1uM \\\n"
                      "      -o cell.vdb --resolution 512\n");
     auto add = line.options().add_options();
     add("mesh", po::value<std::vector<std::string>>()->value_name("MESH"),
-        "OBJ, PLY, STL, OFF, glTF, GLB; a folder stands for all its meshes");
+        "OBJ, PLY, STL, OFF, glTF, GLB; SWC, ASC (Neurolucida); a folder stands for all in it");
     add("output,o", po::value<std::string>()->value_name("OUT.vdb"), "the grid file to write");
     add("dye", po::value<std::vector<std::string>>()->composing()->value_name("NAME=CONC"),
         "dye and concentration of the meshes since the last --dye: EGFP=5uM, or mydye.toml=2uM");
@@ -213,6 +221,11 @@ CommandLine voxelize_command_line() {
         "X0,Y0,Z0,X1,Y1,Z1: only this part, and what --resolution means");
     add("clip", po::value<std::string>()->value_name("BOX"), "X0,Y0,Z0,X1,Y1,Z1: only this part");
     add("padding", po::value<std::string>()->value_name("LENGTH"), "makes the box larger on every side");
+    add("shell", po::value<std::string>()->value_name("LENGTH"),
+        "fill a layer this thick along the surface instead of the inside (membrane dyes)");
+    add("from-levelset", po::value<std::string>()->value_name("FILE.vdb"),
+        "convert a level set to a concentration, instead of meshes");
+    add("grid", po::value<std::string>()->value_name("NAME"), "which grid of that file");
     add("half", po::bool_switch(), "store 16 bits a value");
     add("strict", po::bool_switch(), "refuse meshes that are not watertight");
     add("repair", po::bool_switch(), "does nothing: damaged meshes are always repaired as far as possible");
@@ -223,18 +236,38 @@ CommandLine voxelize_command_line() {
     return line;
 }
 
+namespace {
+
+void parse_levelset(const CommandLine& line, VoxelizeRequest& request) {
+    const auto& values = line.values();
+    const auto dyes = values["dye"].as<std::vector<std::string>>();
+    if (values.count("mesh") != 0 || dyes.size() != 1) line.fail("--from-levelset takes one --dye and no meshes");
+    const DyeChoice dye = parse_dye(line, dyes.front(), request.remarks);
+    request.groups = {{dye.name, dye.concentration_uM, {}}};
+    request.levelset = values["from-levelset"].as<std::string>();
+    if (values.count("grid") != 0) request.levelset_grid = values["grid"].as<std::string>();
+    request.settings.half = values["half"].as<bool>();
+}
+
+}  // namespace
+
 bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments, VoxelizeRequest& request) {
     if (!line.parse(arguments)) return false;
     const auto& values = line.values();
-    if (values.count("mesh") == 0) line.fail("which mesh?");
+    const bool levelset = values.count("from-levelset") != 0;
+    if (values.count("mesh") == 0 && !levelset) line.fail("which mesh?");
     if (values.count("output") == 0) line.fail("where to? add -o OUT.vdb");
     if (values.count("dye") == 0) line.fail("which dye? add --dye NAME=CONCENTRATION, for example --dye EGFP=5uM");
-    parse_settings(line, request.settings);
-    const double unit = values.count("mesh-unit") == 0 ? 0 : mesh_unit(line, values["mesh-unit"].as<std::string>());
-    const bool single = values["dye"].as<std::vector<std::string>>().size() == 1;
-    request.groups = parse_groups(line, unit, single, request.remarks);
     request.output = values["output"].as<std::string>();
     if (values.count("report") != 0) request.report = values["report"].as<std::string>();
+    if (values.count("mesh-unit") != 0) request.um_per_unit = mesh_unit(line, values["mesh-unit"].as<std::string>());
+    if (levelset) {
+        parse_levelset(line, request);
+        return true;
+    }
+    parse_settings(line, request.settings);
+    const bool single = values["dye"].as<std::vector<std::string>>().size() == 1;
+    request.groups = parse_groups(line, request.um_per_unit, single, request.remarks);
     return true;
 }
 

@@ -14,6 +14,9 @@ struct VoxelizeRequest {
     std::vector<SpecimenGroup> groups;
     SpecimenSettings settings;
     std::string output;
+    std::string levelset;              ///< a VDB file to convert instead of meshes; its groups have no parts
+    std::string levelset_grid;         ///< empty: the only one
+    double um_per_unit = 0;            ///< of the meshes; 0: not said
     std::string report;                ///< JSON file; empty: none
     std::vector<std::string> remarks;  ///< "GFP" stands for EGFP, an absurd concentration ...
 };

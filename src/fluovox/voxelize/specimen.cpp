@@ -3,6 +3,7 @@
 #include "fluovox/core/error.h"
 #include "fluovox/core/version.h"
 #include "fluovox/volume/vdb_internal.h"
+#include "fluovox/voxelize/capsule_tile.h"
 #include "fluovox/voxelize/input_bytes.h"
 #include "fluovox/voxelize/mesh_file.h"
 
@@ -15,26 +16,51 @@
 namespace fluovox {
 namespace {
 
-/// A mesh of the specimen as it stands in the world, in um.
+/// A part of the specimen as it stands in the world, in um.
 struct LoadedPart {
     Mesh mesh;
+    std::vector<Capsule> capsules;
     std::string sha256;
+    std::optional<MorphologyReport> morphology;
+
+    Bounds bounds() const {
+        Bounds all = mesh_bounds(mesh);
+        for (const Capsule& capsule : capsules)
+            all.add(capsule_bounds(capsule));
+        return all;
+    }
 };
 
 LoadedPart load_part(const SpecimenPart& part) {
     const std::string bytes = load_bytes(part.file);
-    MeshFile file = parse_mesh(bytes, part.file.extension().string(), part.file.string());
+    const std::string extension = part.file.extension().string();
+    LoadedPart loaded;
+    loaded.sha256 = sha256_hex(bytes);
+    if (is_morphology_file(part.file)) {
+        Morphology morphology = parse_morphology(bytes, extension, part.file.string());
+        const double um = part.um_per_unit > 0 ? part.um_per_unit : 1;
+        const double scale = length(part.placement.rows[0]);
+        for (Capsule& capsule : morphology.capsules) {
+            capsule = {part.placement.apply(um * capsule.from), part.placement.apply(um * capsule.to),
+                       um * scale * capsule.from_radius, um * scale * capsule.to_radius};
+        }
+        loaded.capsules = std::move(morphology.capsules);
+        loaded.morphology = morphology.report;
+        return loaded;
+    }
+    MeshFile file = parse_mesh(bytes, extension, part.file.string());
     const double um = part.um_per_unit > 0 ? part.um_per_unit : (file.um_per_unit > 0 ? file.um_per_unit : 1);
     for (Vec3& v : file.mesh.vertices)
         v = part.placement.apply(um * v);
-    return {std::move(file.mesh), sha256_hex(bytes)};
+    loaded.mesh = std::move(file.mesh);
+    return loaded;
 }
 
 Bounds specimen_bounds(const std::vector<SpecimenGroup>& groups) {
     Bounds bounds;
     for (const SpecimenGroup& group : groups) {
         for (const SpecimenPart& part : group.parts)
-            bounds.add(mesh_bounds(load_part(part).mesh));
+            bounds.add(load_part(part).bounds());
     }
     return bounds;
 }
@@ -70,12 +96,28 @@ std::string damage(const std::string& name, const MeshReport& mesh) {
     return text.empty() ? text : name + ": " + text;
 }
 
+std::string damage(const std::string& name, const MorphologyReport& report) {
+    std::string text;
+    const auto add = [&](std::size_t count, const char* what) {
+        if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+    };
+    add(report.mended_radii, "radii of zero or less replaced by a neighbour's");
+    add(report.zero_lengths, "segments of no length");
+    add(report.missing_parents, "points whose parent is missing made roots");
+    add(report.cycles, "cycles cut");
+    add(report.repeated_points, "points with a number used before dropped");
+    if (report.roots > 1) add(report.roots, "roots");
+    if (report.soma.starts_with("none")) text += fmt::format("{}soma: {}", text.empty() ? "" : ", ", report.soma);
+    return text.empty() ? text : name + ": " + text;
+}
+
 /// A closed mesh whose volume the voxels miss points to a mistake, ours or in the input; better no file than that one.
 void require_plausible(const GroupReport& report) {
     double volume = 0;
     for (const PartReport& part : report.parts)
         volume += part.mesh.volume_um3;
     constexpr double kTolerance = 0.05;
+    if (volume == 0) return;
     if (std::abs(report.voxels.winding_um3 - volume) <= kTolerance * std::abs(volume)) return;
     throw InputError(fmt::format("{}: the voxels hold {:g} um3 and the meshes {:g} um3: the result would be wrong",
                                  report.parts.front().name, report.voxels.winding_um3, volume));
@@ -87,36 +129,6 @@ struct FilledGroup {
     DyeGrid grid;
     GroupReport report;
 };
-
-FilledGroup fill_group(const SpecimenGroup& group, const SpecimenSettings& settings, double voxel_um,
-                       Progress& progress) {
-    const auto begin = Clock::now();
-    GroupReport report;
-    report.dye = group.dye;
-    report.concentration_uM = group.concentration_uM;
-    std::vector<SolidMesh> solids;
-    VoxelizeSettings voxels = settings.voxels;
-    voxels.voxel_size_um = voxel_um;
-    voxels.value = group.concentration_uM;
-    progress.start("reading", static_cast<long long>(group.parts.size()));
-    for (const SpecimenPart& part : group.parts) {
-        LoadedPart loaded = load_part(part);
-        require_affordable(surface_area(loaded.mesh), mesh_bounds(loaded.mesh), voxels);
-        solids.push_back(make_solid(loaded.mesh));
-        report.parts.push_back({part.name, loaded.sha256, solids.back().report});
-        if (settings.strict) require_sound(part, solids.back().report);
-        progress.advance(1);
-    }
-    try {
-        VoxelizedGrid filled = voxelize(solids, voxels, progress);
-        report.voxels = filled.report;
-        if (!progress.stopped() && !voxels.clip_um) require_plausible(report);
-        report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-        return {filled.grid, std::move(report)};
-    } catch (const InputError& e) {
-        throw InputError(group.parts.front().name + (group.parts.size() > 1 ? " and others: " : ": ") + e.what());
-    }
-}
 
 openvdb::FloatGrid& floats(const DyeGrid& grid) {
     return static_cast<openvdb::FloatGrid&>(*grid.impl().grid);
@@ -147,6 +159,81 @@ void join(openvdb::FloatGrid& into, openvdb::FloatGrid& from, OverlapRule rule) 
             values.setResultIsActive(values.result() > 0);
         },
         /*prune=*/false);
+}
+
+void add_voxels(VoxelizeReport& all, const VoxelizeReport& more) {
+    all.volume_um3 += more.volume_um3;
+    all.winding_um3 += more.winding_um3;
+    all.voxels += more.voxels;
+    all.decided_by_winding += more.decided_by_winding;
+}
+
+/// What a group is made of once read.
+struct GroupShapes {
+    std::vector<SolidMesh> solids;
+    std::vector<Capsule> capsules;
+};
+
+GroupShapes load_group(const SpecimenGroup& group, const SpecimenSettings& settings, const VoxelizeSettings& voxels,
+                       GroupReport& report, Progress& progress) {
+    GroupShapes shapes;
+    progress.start("reading", static_cast<long long>(group.parts.size()));
+    for (const SpecimenPart& part : group.parts) {
+        if (progress.stopped()) break;
+        LoadedPart loaded = load_part(part);
+        PartReport done{part.name, loaded.sha256, {}, loaded.morphology};
+        if (loaded.morphology) {
+            shapes.capsules.insert(shapes.capsules.end(), loaded.capsules.begin(), loaded.capsules.end());
+        } else {
+            require_affordable(surface_area(loaded.mesh), mesh_bounds(loaded.mesh), voxels);
+            shapes.solids.push_back(make_solid(loaded.mesh));
+            done.mesh = shapes.solids.back().report;
+            if (settings.strict) require_sound(part, done.mesh);
+        }
+        report.parts.push_back(std::move(done));
+        progress.advance(1);
+    }
+    return shapes;
+}
+
+FilledGroup fill_group(const SpecimenGroup& group, const SpecimenSettings& settings, double voxel_um,
+                       Progress& progress) {
+    const auto begin = Clock::now();
+    GroupReport report;
+    report.dye = group.dye;
+    report.concentration_uM = group.concentration_uM;
+    VoxelizeSettings voxels = settings.voxels;
+    voxels.voxel_size_um = voxel_um;
+    voxels.value = group.concentration_uM;
+    try {
+        const GroupShapes shapes = load_group(group, settings, voxels, report, progress);
+        std::optional<DyeGrid> grid;
+        if (!shapes.solids.empty()) {
+            const bool shell = settings.shell_um > 0;
+            VoxelizedGrid filled = shell ? voxelize_shell(shapes.solids, settings.shell_um, voxels, progress)
+                                         : voxelize(shapes.solids, voxels, progress);
+            report.voxels = filled.report;
+            if (!progress.stopped() && !shell) require_plausible(report);
+            grid = filled.grid;
+        }
+        if (!shapes.capsules.empty()) {
+            if (settings.shell_um > 0) throw InputError("--shell works on meshes, not on morphologies");
+            VoxelizedGrid filled = voxelize_capsules(shapes.capsules, voxels, progress);
+            add_voxels(report.voxels, filled.report);
+            if (grid) {
+                join(floats(*grid), floats(filled.grid), OverlapRule::Max);
+            } else {
+                grid = filled.grid;
+            }
+        }
+        if (!grid) throw InputError("there is nothing to voxelize");
+        report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+        return {*grid, std::move(report)};
+    } catch (const InputError& e) {
+        const std::string text = e.what();
+        if (text.find(group.parts.front().name) == 0 || group.parts.size() > 1) throw;
+        throw InputError(group.parts.front().name + ": " + text);
+    }
 }
 
 GridMetadata describe(const GroupReport& report) {
@@ -182,7 +269,8 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
         if (progress.stopped()) return result;
         FilledGroup filled = fill_group(group, settings, result.voxel_size_um, progress);
         for (const PartReport& part : filled.report.parts) {
-            const std::string text = damage(part.name, part.mesh);
+            const std::string text =
+                part.morphology ? damage(part.name, *part.morphology) : damage(part.name, part.mesh);
             if (!text.empty()) result.remarks.push_back(text);
         }
         const auto same =

@@ -19,7 +19,7 @@ struct Placement {
     Vec3 apply(Vec3 p) const { return Vec3{dot(rows[0], p), dot(rows[1], p), dot(rows[2], p)} + shift_um; }
 };
 
-/// One mesh of a specimen.
+/// One mesh or morphology of a specimen.
 struct SpecimenPart {
     std::filesystem::path file;
     std::string name;        ///< what messages and reports call it
@@ -42,6 +42,7 @@ struct SpecimenSettings {
     int resolution = 0;             ///< voxels along the longest side of everything
     std::optional<Bounds> bbox_um;  ///< the box that `resolution` means, instead of everything's own
     OverlapRule overlap = OverlapRule::Max;
+    double shell_um = 0;  ///< above 0: a layer this thick along the surface instead of the inside
     bool half = false;    ///< 16 bits a value in the file
     bool strict = false;  ///< damaged meshes are refused
 };
@@ -50,7 +51,8 @@ struct SpecimenSettings {
 struct PartReport {
     std::string name;
     std::string sha256;
-    MeshReport mesh;
+    MeshReport mesh;                             ///< of a mesh
+    std::optional<MorphologyReport> morphology;  ///< of an SWC or ASC file instead
 };
 
 /// What became of one group.

@@ -31,13 +31,19 @@ bool left_of(const Mesh& mesh, std::uint32_t a, std::uint32_t b, double y, doubl
 
 }  // namespace
 
-SubLines::Place SubLines::place(std::size_t line) const {
-    const auto column = static_cast<int>(line / kPerColumn);
-    const auto number = static_cast<int>(line % kPerColumn);
-    const int y = kBlockSide * task_.y + column / kBlockSide;
-    const int z = kBlockSide * task_.z + column % kBlockSide;
+std::pair<double, double> sub_line_place(const TileTask& task, std::size_t line) {
+    constexpr int kPerSide = 8;
+    const auto column = static_cast<int>(line / kSubLines);
+    const auto number = static_cast<int>(line % kSubLines);
+    const int y = kBlockSide * task.y + column / kBlockSide;
+    const int z = kBlockSide * task.z + column % kBlockSide;
     const auto [u, v] = shift_of_column(y, z);
     return {y + (number / kPerSide + u) / kPerSide, z + (number % kPerSide + v) / kPerSide};
+}
+
+SubLines::Place SubLines::place(std::size_t line) const {
+    const auto [y, z] = sub_line_place(task_, line);
+    return {y, z};
 }
 
 void SubLines::cut_lines_by(const Mesh::Triangle& t, std::vector<std::pair<std::uint32_t, Crossing>>& found) const {

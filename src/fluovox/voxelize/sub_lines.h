@@ -4,9 +4,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace fluovox {
+
+/// Lines along x in each column of voxels.
+constexpr int kSubLines = 64;
+
+/// Where line number `line` of a tile lies across x: columns by y and z, then lines by y and z.
+std::pair<double, double> sub_line_place(const TileTask& task, std::size_t line);
 
 /// Lines along x through a tile, 8 x 8 in each column of voxels, shifted at random from column to column; each is cut
 /// by the surface into stretches inside and outside. Nothing is done before the first block is asked for.
@@ -23,7 +30,7 @@ public:
 
 private:
     static constexpr int kPerSide = 8;
-    static constexpr int kPerColumn = kPerSide * kPerSide;
+    static constexpr int kPerColumn = kSubLines;
 
     struct Crossing {
         double x = 0;

@@ -14,58 +14,46 @@ std::int32_t block_of(double coordinate) {
     return static_cast<std::int32_t>(std::floor(coordinate / kBlockSide));
 }
 
-struct BlockRange {
-    std::array<std::int32_t, 3> low{}, high{};
-};
-
-BlockRange blocks_of(const Mesh& mesh, const Mesh::Triangle& t) {
-    BlockRange range;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double a = mesh.vertices[t[0]][axis];
-        const double b = mesh.vertices[t[1]][axis];
-        const double c = mesh.vertices[t[2]][axis];
-        range.low[static_cast<std::size_t>(axis)] = block_of(std::min({a, b, c}));
-        range.high[static_cast<std::size_t>(axis)] = block_of(std::max({a, b, c}));
-    }
-    return range;
-}
-
 }  // namespace
 
-TileBins::TileBins(const VoxelSurface& surface, std::int32_t blocks_z)
+TileBins::TileBins(std::uint32_t items, const BoxOf& box_of, std::int32_t blocks_z)
     : blocks_z_(static_cast<std::uint64_t>(blocks_z)) {
     struct Entry {
         std::uint64_t key;
-        std::uint32_t triangle;
+        std::uint32_t item;
     };
     std::vector<Entry> entries;
-    const Mesh& mesh = surface.mesh;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        const BlockRange range = blocks_of(mesh, mesh.triangles[t]);
-        for (std::int32_t y = range.low[1]; y <= range.high[1]; ++y) {
-            for (std::int32_t z = range.low[2]; z <= range.high[2]; ++z)
-                entries.push_back({static_cast<std::uint64_t>(y) * blocks_z_ + static_cast<std::uint64_t>(z), t});
+    for (std::uint32_t i = 0; i < items; ++i) {
+        const Bounds box = box_of(i);
+        for (std::int32_t y = block_of(box.min.y); y <= block_of(box.max.y); ++y) {
+            for (std::int32_t z = block_of(box.min.z); z <= block_of(box.max.z); ++z)
+                entries.push_back({static_cast<std::uint64_t>(y) * blocks_z_ + static_cast<std::uint64_t>(z), i});
         }
     }
-    tbb::parallel_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-        return a.key != b.key ? a.key < b.key : a.triangle < b.triangle;
-    });
-    triangles_.reserve(entries.size());
+    tbb::parallel_sort(entries.begin(), entries.end(),
+                       [](const Entry& a, const Entry& b) { return a.key != b.key ? a.key < b.key : a.item < b.item; });
+    items_.reserve(entries.size());
     for (const Entry& entry : entries) {
         if (tiles_.empty() || tiles_.back().key != entry.key) {
-            tiles_.push_back({entry.key, triangles_.size(), triangles_.size()});
+            tiles_.push_back({entry.key, items_.size(), items_.size()});
         }
-        triangles_.push_back(entry.triangle);
+        items_.push_back(entry.item);
         ++tiles_.back().end;
     }
-    for (const auto& [x, y, z] : surface.open_blocks)
+}
+
+void TileBins::add_open_blocks(const std::vector<BlockPlace>& blocks) {
+    for (const auto& [x, y, z] : blocks)
         open_blocks_[static_cast<std::uint64_t>(y) * blocks_z_ + static_cast<std::uint64_t>(z)].push_back(x);
+    std::vector<Tile> added;
     for (auto& [key, xs] : open_blocks_) {
         std::sort(xs.begin(), xs.end());
         const auto at = std::lower_bound(tiles_.begin(), tiles_.end(), key,
                                          [](const Tile& tile, std::uint64_t wanted) { return tile.key < wanted; });
-        if (at == tiles_.end() || at->key != key) tiles_.insert(at, {key, 0, 0});
+        if (at == tiles_.end() || at->key != key) added.push_back({key, 0, 0});
     }
+    tiles_.insert(tiles_.end(), added.begin(), added.end());
+    std::sort(tiles_.begin(), tiles_.end(), [](const Tile& a, const Tile& b) { return a.key < b.key; });
 }
 
 TileTask TileBins::task(std::size_t number) const {
@@ -73,8 +61,8 @@ TileTask TileBins::task(std::size_t number) const {
     TileTask task;
     task.y = static_cast<std::int32_t>(tile.key / blocks_z_);
     task.z = static_cast<std::int32_t>(tile.key % blocks_z_);
-    task.begin = triangles_.data() + tile.begin;
-    task.end = triangles_.data() + tile.end;
+    task.begin = items_.data() + tile.begin;
+    task.end = items_.data() + tile.end;
     const auto open = open_blocks_.find(tile.key);
     if (open != open_blocks_.end()) task.open_blocks = open->second;
     return task;

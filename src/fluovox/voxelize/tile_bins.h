@@ -4,16 +4,23 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <vector>
 
 namespace fluovox {
 
-/// Which triangles touch which tile (a row of blocks along x). Memory follows the triangles, not the box.
+/// Which items (triangles, capsules) touch which tile (a row of blocks along x). Memory follows the items, not the
+/// lattice.
 class TileBins {
 public:
+    /// The box of item `number` in voxels.
+    using BoxOf = std::function<Bounds(std::uint32_t number)>;
     /// `blocks_z`: how many tiles there are along z.
-    TileBins(const VoxelSurface& surface, std::int32_t blocks_z);
+    TileBins(std::uint32_t items, const BoxOf& box_of, std::int32_t blocks_z);
+
+    /// Notes blocks where the winding number without caps decides.
+    void add_open_blocks(const std::vector<BlockPlace>& blocks);
 
     /// Tiles with anything to do, by y and then z.
     std::size_t size() const { return tiles_.size(); }
@@ -27,7 +34,7 @@ private:
     };
 
     std::uint64_t blocks_z_;
-    std::vector<std::uint32_t> triangles_;
+    std::vector<std::uint32_t> items_;
     std::vector<Tile> tiles_;
     std::map<std::uint64_t, std::vector<std::int32_t>> open_blocks_;
 };

@@ -14,19 +14,12 @@ namespace {
 constexpr double kTiny = 1e-9;    // rounding of sums of areas
 constexpr double kExcess = 1e-6;  // of a winding number over 1 or under 0 that isn't rounding
 
-/// What a piece of a triangle adds to the voxels of a row: `volume` to the one it is in, `area` to all beyond.
-struct Piece {
-    std::int32_t x = 0;
-    std::uint16_t column = 0;
-    double volume = 0;
-    double area = 0;
-};
-
 /// Cuts the triangles of a tile into pieces, one a voxel.
 class PieceMaker {
 public:
-    PieceMaker(const TileTask& task, std::vector<Piece>& pieces)
-        : y_(kBlockSide * task.y), z_(kBlockSide * task.z), pieces_(pieces) {}
+    /// With a `layer` above zero each piece is a sheet that thick instead of the surface of a solid.
+    PieceMaker(const TileTask& task, std::vector<Piece>& pieces, double layer = 0)
+        : y_(kBlockSide * task.y), z_(kBlockSide * task.z), layer_(layer), pieces_(pieces) {}
 
     void add(const Vec3& a, const Vec3& b, const Vec3& c) {
         Polygon polygon;
@@ -83,6 +76,13 @@ private:
     }
 
     void add_piece(const Polygon& piece, int x, std::uint16_t column) {
+        if (layer_ > 0) {
+            Vec3 area;
+            for (std::size_t i = 2; i < piece.size; ++i)
+                area = area + cross(piece.corners[i - 1] - piece.corners[0], piece.corners[i] - piece.corners[0]);
+            pieces_.push_back({x, column, layer_ * length(area) / 2, 0});
+            return;
+        }
         const Vec3& origin = piece.corners[0];
         const double x0 = origin.x - x;
         double area = 0;
@@ -99,17 +99,17 @@ private:
     }
 
     int y_, z_;
+    double layer_;
     std::vector<Piece>& pieces_;
 };
 
 /// Sweeps a tile along x, block by block.
 class TileSweep {
 public:
-    TileSweep(const VoxelSurface& surface, const TileTask& task)
-        : surface_(surface), task_(task), lines_(surface, task) {}
+    /// `lines`: what decides where surfaces overlap; without, nothing winds around anything twice.
+    TileSweep(const TileTask& task, SubLines* lines) : task_(task), lines_(lines) {}
 
-    TileResult run() {
-        std::vector<Piece> pieces = make_pieces();
+    TileResult run(std::vector<Piece>& pieces) {
         std::stable_sort(pieces.begin(), pieces.end(),
                          [](const Piece& a, const Piece& b) { return a.x / kBlockSide < b.x / kBlockSide; });
         auto piece = pieces.begin();
@@ -137,17 +137,6 @@ public:
 private:
     using Columns = std::array<double, kBlockColumns>;
 
-    std::vector<Piece> make_pieces() const {
-        std::vector<Piece> pieces;
-        PieceMaker maker(task_, pieces);
-        const Mesh& mesh = surface_.mesh;
-        for (const std::uint32_t* t = task_.begin; t != task_.end; ++t) {
-            const auto& corners = mesh.triangles[*t];
-            maker.add(mesh.vertices[corners[0]], mesh.vertices[corners[1]], mesh.vertices[corners[2]]);
-        }
-        return pieces;
-    }
-
     /// Blocks without any surface across x: what winds around each column stays the same.
     void constant_run(std::int32_t begin, std::int32_t end) {
         if (begin >= end) return;
@@ -171,8 +160,8 @@ private:
             return;
         }
         BlockValues values;
-        if (doubtful) {
-            lines_.fill_block(begin, values);
+        if (doubtful && lines_ != nullptr) {
+            lines_->fill_block(begin, values);
         } else {
             for (std::size_t i = 0; i < values.size(); ++i)
                 values[i] = static_cast<float>(std::clamp(running_[i % kBlockColumns], 0.0, 1.0));
@@ -202,9 +191,9 @@ private:
         for (double& w : running_)
             if (std::abs(w - std::round(w)) < kTiny) w = std::round(w);
         if (open) {
-            result_.decided_by_winding += lines_.fill_open_block(block, values);
-        } else if (doubtful) {
-            lines_.fill_block(block, values);
+            result_.decided_by_winding += lines_->fill_open_block(block, values);
+        } else if (doubtful && lines_ != nullptr) {
+            lines_->fill_block(block, values);
         }
         add_blocks(block, block + 1, values);
     }
@@ -225,9 +214,8 @@ private:
             result_.blocks.push_back({block, number});
     }
 
-    const VoxelSurface& surface_;
     const TileTask& task_;
-    SubLines lines_;
+    SubLines* lines_;
     Columns running_{};
     TileResult result_;
 };
@@ -235,7 +223,30 @@ private:
 }  // namespace
 
 TileResult fill_tile(const VoxelSurface& surface, const TileTask& task) {
-    return TileSweep(surface, task).run();
+    std::vector<Piece> pieces;
+    PieceMaker maker(task, pieces);
+    const Mesh& mesh = surface.mesh;
+    for (const std::uint32_t* t = task.begin; t != task.end; ++t) {
+        const auto& corners = mesh.triangles[*t];
+        maker.add(mesh.vertices[corners[0]], mesh.vertices[corners[1]], mesh.vertices[corners[2]]);
+    }
+    SubLines lines(surface, task);
+    return TileSweep(task, &lines).run(pieces);
+}
+
+TileResult fill_layer_tile(const VoxelSurface& surface, const TileTask& task, double thickness) {
+    std::vector<Piece> pieces;
+    PieceMaker maker(task, pieces, thickness);
+    const Mesh& mesh = surface.mesh;
+    for (const std::uint32_t* t = task.begin; t != task.end; ++t) {
+        const auto& corners = mesh.triangles[*t];
+        maker.add(mesh.vertices[corners[0]], mesh.vertices[corners[1]], mesh.vertices[corners[2]]);
+    }
+    return sweep_tile(task, pieces);
+}
+
+TileResult sweep_tile(const TileTask& task, std::vector<Piece>& pieces) {
+    return TileSweep(task, nullptr).run(pieces);
 }
 
 }  // namespace fluovox

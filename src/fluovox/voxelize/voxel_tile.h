@@ -57,10 +57,25 @@ struct TileTask {
     std::vector<std::int32_t> open_blocks;  ///< x of blocks where the winding number without caps decides; sorted
 };
 
+/// What a piece of surface adds to the voxels of a row: `volume` to the one it is in, `area` to all beyond.
+struct Piece {
+    std::int32_t x = 0;        ///< voxel
+    std::uint16_t column = 0;  ///< y * 8 + z within the tile
+    double volume = 0;
+    double area = 0;
+};
+
 /// Fills a tile. The fraction of a voxel is exact where the surface winds around nothing twice: each triangle is
 /// clipped to the voxels it crosses and adds the volume between itself and the far end of its row, with its sign.
 /// Where surfaces overlap, 64 lines along x per column of voxels are cut into what is inside (enter +1, leave -1,
 /// inside where the sum is at least 1) and what isn't.
 TileResult fill_tile(const VoxelSurface& surface, const TileTask& task);
+
+/// Fills a tile with a layer of `thickness` (in voxels, thin) on the surface: each voxel gets the area in it times
+/// that.
+TileResult fill_layer_tile(const VoxelSurface& surface, const TileTask& task, double thickness);
+
+/// Sums up pieces of surfaces that overlap nowhere (reorders them).
+TileResult sweep_tile(const TileTask& task, std::vector<Piece>& pieces);
 
 }  // namespace fluovox

@@ -2,6 +2,7 @@
 
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
+#include "fluovox/voxelize/capsule_tile.h"
 #include "fluovox/voxelize/tile_bins.h"
 #include "fluovox/voxelize/voxel_tile.h"
 
@@ -92,6 +93,31 @@ VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& latt
     return surface;
 }
 
+Bounds triangle_box(const Mesh& mesh, std::uint32_t number) {
+    Bounds box;
+    for (const std::uint32_t vertex : mesh.triangles[number])
+        box.add(mesh.vertices[vertex]);
+    return box;
+}
+
+/// The surface without caps, moved along its vertices' normals.
+Mesh offset_surface(const SolidMesh& solid, double distance) {
+    Mesh mesh = solid.mesh;
+    mesh.triangles.resize(solid.first_cap);
+    std::vector<Vec3> normals(mesh.vertices.size());
+    for (const auto& t : mesh.triangles) {
+        const Vec3 a = mesh.vertices[t[0]];
+        const Vec3 normal = cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a);
+        for (const std::uint32_t vertex : t)
+            normals[vertex] = normals[vertex] + normal;
+    }
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+        const double size = length(normals[i]);
+        if (size > 0) mesh.vertices[i] = mesh.vertices[i] + (distance / size) * normals[i];
+    }
+    return mesh;
+}
+
 class GridFiller {
 public:
     GridFiller(const Lattice& lattice, const VoxelizeSettings& settings)
@@ -179,20 +205,12 @@ void require_affordable(double area_um2, const Bounds& bounds_um, const Voxelize
         size.x / dx * size.y / dx * size.z / dx, dx));
 }
 
-VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSettings& settings, Progress& progress) {
-    initialize_openvdb();
-    Bounds bounds;
-    double area = 0;
-    for (const SolidMesh& solid : solids) {
-        bounds.add(mesh_bounds(solid.mesh));
-        area += solid.report.area_um2;
-    }
-    if (bounds.empty()) throw InputError("there are no triangles to voxelize");
-    require_affordable(area, bounds, settings);
-    const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
-    const VoxelSurface surface = to_voxels(solids, lattice, settings.inside);
-    const TileBins bins(surface, lattice.blocks[2]);
+namespace {
 
+/// Fills a grid tile by tile in parallel; `fill` makes a TileResult of a TileTask.
+template <class Fill>
+VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings, const TileBins& bins,
+                        Progress& progress, const Fill& fill) {
     GridFiller filler(lattice, settings);
     VoxelizeReport report;
     progress.start("voxelizing", static_cast<long long>(bins.size()));
@@ -206,7 +224,7 @@ VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSetti
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count), [&](const auto& range) {
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
                 const TileTask task = bins.task(begin + i);
-                results[i] = fill_tile(surface, task);
+                results[i] = fill(task);
                 leaves[i] = filler.make_leaves(task, results[i]);
                 results[i].values = {};
                 progress.advance(1);
@@ -225,6 +243,86 @@ VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSetti
         throw InputError("nothing is inside the surface: the grid would be empty");
     }
     return {DyeGrid(std::make_shared<DyeGrid::Impl>(DyeGrid::Impl{grid})), report};
+}
+
+}  // namespace
+
+VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSettings& settings, Progress& progress) {
+    initialize_openvdb();
+    Bounds bounds;
+    double area = 0;
+    for (const SolidMesh& solid : solids) {
+        bounds.add(mesh_bounds(solid.mesh));
+        area += solid.report.area_um2;
+    }
+    if (bounds.empty()) throw InputError("there are no triangles to voxelize");
+    require_affordable(area, bounds, settings);
+    const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
+    const VoxelSurface surface = to_voxels(solids, lattice, settings.inside);
+    TileBins bins(
+        static_cast<std::uint32_t>(surface.mesh.triangles.size()),
+        [&](std::uint32_t number) { return triangle_box(surface.mesh, number); }, lattice.blocks[2]);
+    bins.add_open_blocks(surface.open_blocks);
+    return fill_grid(lattice, settings, bins, progress, [&](const TileTask& task) { return fill_tile(surface, task); });
+}
+
+VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickness_um,
+                             const VoxelizeSettings& settings, Progress& progress) {
+    initialize_openvdb();
+    // Sheets half a voxel apart at most, along the normals.
+    const int sheets = std::max(1, static_cast<int>(std::ceil(2 * thickness_um / settings.voxel_size_um)));
+    Mesh layers;
+    double area = 0;
+    for (const SolidMesh& solid : solids) {
+        area += solid.report.area_um2;
+        for (int i = 0; i < sheets; ++i)
+            append(layers, offset_surface(solid, thickness_um * ((i + 0.5) / sheets - 0.5)));
+    }
+    const Bounds bounds = mesh_bounds(layers);
+    if (bounds.empty()) throw InputError("there are no triangles to voxelize");
+    require_affordable(area * (1 + thickness_um / settings.voxel_size_um / kBlockSide), bounds, settings);
+    const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
+    VoxelSurface surface;
+    surface.mesh = std::move(layers);
+    for (Vec3& v : surface.mesh.vertices) {
+        for (int axis = 0; axis < 3; ++axis)
+            v[axis] = v[axis] / lattice.voxel_um - lattice.corner[static_cast<std::size_t>(axis)];
+    }
+    const TileBins bins(
+        static_cast<std::uint32_t>(surface.mesh.triangles.size()),
+        [&](std::uint32_t number) { return triangle_box(surface.mesh, number); }, lattice.blocks[2]);
+    const double thickness = thickness_um / settings.voxel_size_um / sheets;
+    return fill_grid(lattice, settings, bins, progress,
+                     [&](const TileTask& task) { return fill_layer_tile(surface, task, thickness); });
+}
+
+VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const VoxelizeSettings& settings,
+                                Progress& progress) {
+    initialize_openvdb();
+    Bounds bounds;
+    double area = 0;
+    for (const Capsule& capsule : capsules) {
+        bounds.add(capsule_bounds(capsule));
+        area += capsule_area(capsule);
+    }
+    if (bounds.empty()) throw InputError("there are no segments to voxelize");
+    require_affordable(area, bounds, settings);
+    const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
+    std::vector<Capsule> placed = capsules;
+    for (Capsule& capsule : placed) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const double corner = lattice.corner[static_cast<std::size_t>(axis)];
+            capsule.from[axis] = capsule.from[axis] / lattice.voxel_um - corner;
+            capsule.to[axis] = capsule.to[axis] / lattice.voxel_um - corner;
+        }
+        capsule.from_radius /= lattice.voxel_um;
+        capsule.to_radius /= lattice.voxel_um;
+    }
+    const TileBins bins(
+        static_cast<std::uint32_t>(placed.size()), [&](std::uint32_t number) { return capsule_bounds(placed[number]); },
+        lattice.blocks[2]);
+    return fill_grid(lattice, settings, bins, progress,
+                     [&](const TileTask& task) { return fill_capsule_tile(placed, task); });
 }
 
 }  // namespace fluovox

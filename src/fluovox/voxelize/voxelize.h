@@ -4,6 +4,7 @@
 #include "fluovox/core/progress.h"
 #include "fluovox/volume/dye_grid.h"
 #include "fluovox/voxelize/mesh_repair.h"
+#include "fluovox/voxelize/morphology.h"
 
 #include <cstdint>
 #include <optional>
@@ -45,6 +46,15 @@ struct VoxelizedGrid {
 /// Throws InputError when the grid would be far larger than `max_bytes`, or nothing is inside. Returns what was done
 /// so far when `progress` is stopped; ask it.
 VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSettings& settings, Progress& progress);
+
+/// The same for the union of capsules (um).
+VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const VoxelizeSettings& settings,
+                                Progress& progress);
+
+/// Fills a layer of `thickness_um` along the surfaces (half of it on either side; caps of holes stay free), each voxel
+/// by the fraction of it that the layer takes. The report's `winding_um3` is area times thickness.
+VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickness_um,
+                             const VoxelizeSettings& settings, Progress& progress);
 
 /// An estimate from above of the memory of such a grid, in bytes: by surface, not by box.
 double estimate_grid_bytes(double area_um2, const Bounds& bounds_um, double voxel_size_um);

@@ -1,0 +1,141 @@
+#include "fluovox/voxelize/capsule_tile.h"
+
+#include "fluovox/voxelize/sub_lines.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+/// Where a line is inside; empty when `begin >= end`.
+struct Stretch {
+    double begin = std::numeric_limits<double>::infinity();
+    double end = -std::numeric_limits<double>::infinity();
+
+    void add(double x) {
+        begin = std::min(begin, x);
+        end = std::max(end, x);
+    }
+};
+
+void add_ball(Stretch& stretch, const Vec3& center, double radius, double y, double z) {
+    const double dy = y - center.y;
+    const double dz = z - center.z;
+    const double rest = radius * radius - dy * dy - dz * dz;
+    if (rest < 0) return;
+    stretch.add(center.x - std::sqrt(rest));
+    stretch.add(center.x + std::sqrt(rest));
+}
+
+/// The part of a line along x at (y, z) inside a capsule. The capsule is convex, so the hull of the part in either
+/// ball and of the points where the line crosses the cone between them is all of it.
+Stretch cut_capsule(const Capsule& capsule, double y, double z) {
+    Stretch stretch;
+    add_ball(stretch, capsule.from, capsule.from_radius, y, z);
+    add_ball(stretch, capsule.to, capsule.to_radius, y, z);
+    const Vec3 axis = capsule.to - capsule.from;
+    const double shrink = capsule.from_radius - capsule.to_radius;
+    const double squared = dot(axis, axis);
+    const double cone = squared - shrink * shrink;
+    if (!(cone > 0)) return stretch;  // one ball holds the other
+    // |p - (from + s axis)| is the radius at s on the cone that touches both balls; with p = o + t (1, 0, 0) this is
+    // k2 t^2 + 2 k1 t + k0 = 0. The line starts near the capsule, since the terms grow with the distance.
+    const double start = capsule.from.x;
+    const Vec3 o = Vec3{start, y, z} - capsule.from;
+    const double along = dot(axis, o);
+    const double reach = shrink * capsule.from_radius;
+    const double k2 = cone - axis.x * axis.x;
+    const double k1 = cone * o.x - along * axis.x + axis.x * reach;
+    const double k0 =
+        cone * dot(o, o) - along * along + 2 * along * reach - squared * capsule.from_radius * capsule.from_radius;
+    const auto add = [&](double t) {
+        const double place = along - reach + t * axis.x;  // 0 where the cone leaves one ball, `cone` at the other
+        if (place > 0 && place < cone) stretch.add(start + t);
+    };
+    if (std::abs(k2) < 1e-12 * cone) {
+        if (k1 != 0) add(-k0 / (2 * k1));
+        return stretch;
+    }
+    const double h = k1 * k1 - k0 * k2;
+    if (h < 0) return stretch;
+    add((-std::sqrt(h) - k1) / k2);
+    add((std::sqrt(h) - k1) / k2);
+    return stretch;
+}
+
+struct LineStretch {
+    std::uint32_t line = 0;
+    Stretch stretch;
+};
+
+std::vector<LineStretch> cut_lines(const std::vector<Capsule>& capsules, const TileTask& task) {
+    std::vector<LineStretch> found;
+    for (const std::uint32_t* item = task.begin; item != task.end; ++item) {
+        const Capsule& capsule = capsules[*item];
+        const Bounds box = capsule_bounds(capsule);
+        const auto range = [](double low, double high, int origin) {
+            return std::pair(std::max(0, static_cast<int>(std::floor(low)) - origin),
+                             std::min(kBlockSide - 1, static_cast<int>(std::floor(high)) - origin));
+        };
+        const auto [y0, y1] = range(box.min.y, box.max.y, kBlockSide * task.y);
+        const auto [z0, z1] = range(box.min.z, box.max.z, kBlockSide * task.z);
+        for (int y = y0; y <= y1; ++y) {
+            for (int z = z0; z <= z1; ++z) {
+                const auto first = static_cast<std::uint32_t>((y * kBlockSide + z) * kSubLines);
+                for (std::uint32_t n = 0; n < kSubLines; ++n) {
+                    const auto [at_y, at_z] = sub_line_place(task, first + n);
+                    const Stretch stretch = cut_capsule(capsule, at_y, at_z);
+                    if (stretch.begin < stretch.end) found.push_back({first + n, stretch});
+                }
+            }
+        }
+    }
+    return found;
+}
+
+}  // namespace
+
+Bounds capsule_bounds(const Capsule& capsule) {
+    Bounds bounds;
+    for (const auto& [center, radius] :
+         {std::pair(capsule.from, capsule.from_radius), std::pair(capsule.to, capsule.to_radius)}) {
+        bounds.add(center - Vec3{radius, radius, radius});
+        bounds.add(center + Vec3{radius, radius, radius});
+    }
+    return bounds;
+}
+
+double capsule_area(const Capsule& capsule) {
+    const double radius = std::max(capsule.from_radius, capsule.to_radius);
+    return 2 * std::numbers::pi * radius * (length(capsule.to - capsule.from) + 2 * radius);
+}
+
+TileResult fill_capsule_tile(const std::vector<Capsule>& capsules, const TileTask& task) {
+    std::vector<LineStretch> found = cut_lines(capsules, task);
+    std::sort(found.begin(), found.end(), [](const LineStretch& a, const LineStretch& b) {
+        return a.line != b.line ? a.line < b.line : a.stretch.begin < b.stretch.begin;
+    });
+    // Each end of a stretch is a little surface across its line.
+    std::vector<Piece> pieces;
+    const auto add = [&](std::uint32_t line, double x, double sign) {
+        const double cell = std::floor(x);
+        pieces.push_back({static_cast<std::int32_t>(cell), static_cast<std::uint16_t>(line / kSubLines),
+                          sign * (cell + 1 - x) / kSubLines, sign / kSubLines});
+    };
+    for (std::size_t i = 0; i < found.size();) {
+        Stretch joined = found[i].stretch;
+        const std::uint32_t line = found[i].line;
+        for (++i; i < found.size() && found[i].line == line && found[i].stretch.begin <= joined.end; ++i)
+            joined.end = std::max(joined.end, found[i].stretch.end);
+        add(line, joined.begin, 1);
+        add(line, joined.end, -1);
+    }
+    return sweep_tile(task, pieces);
+}
+
+}  // namespace fluovox

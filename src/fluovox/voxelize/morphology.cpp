@@ -1,0 +1,229 @@
+#include "fluovox/voxelize/morphology.h"
+
+#include "fluovox/core/bounds.h"
+#include "fluovox/core/error.h"
+#include "fluovox/core/text.h"
+#include "fluovox/voxelize/morphology_internal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace fluovox {
+namespace {
+
+/// Cuts every circle of parents at one point, which becomes a root.
+void cut_cycles(MorphologyTree& tree) {
+    std::vector<std::uint32_t> walk(tree.points.size(), 0);  // number of the walk that came by first
+    for (std::uint32_t start = 0; start < tree.points.size(); ++start) {
+        std::uint32_t at = start;
+        while (at != kNoParent && walk[at] == 0) {
+            walk[at] = start + 1;
+            std::uint32_t& parent = tree.points[at].parent;
+            if (parent != kNoParent && walk[parent] == start + 1) {
+                parent = kNoParent;
+                ++tree.report.cycles;
+            }
+            at = parent;
+        }
+    }
+}
+
+/// Gives points without a positive radius that of the nearest ancestor that has one, or else of a descendant.
+void mend_radii(MorphologyTree& tree, const std::string& name) {
+    auto& points = tree.points;
+    const auto good = [](const MorphologyPoint& p) { return p.radius > 0; };
+    std::vector<std::uint32_t> bad;
+    for (std::uint32_t i = 0; i < points.size(); ++i)
+        if (!good(points[i])) bad.push_back(i);
+    if (bad.empty()) return;
+    if (bad.size() == points.size()) throw InputError(name + ": not one of its points has a radius above zero");
+    tree.report.mended_radii = bad.size();
+    // Parents nearly always come before their children, so few rounds do.
+    constexpr int kRounds = 64;  // what is left then gets the least radius of the file
+    bool changed = true;
+    for (int round = 0; changed && round < kRounds; ++round) {
+        changed = false;
+        for (const std::uint32_t i : bad) {
+            const std::uint32_t parent = points[i].parent;
+            if (good(points[i]) || parent == kNoParent || !good(points[parent])) continue;
+            points[i].radius = points[parent].radius;
+            changed = true;
+        }
+    }
+    changed = true;
+    for (int round = 0; changed && round < kRounds; ++round) {
+        changed = false;
+        for (auto point = points.rbegin(); point != points.rend(); ++point) {
+            if (!good(*point) || point->parent == kNoParent || good(points[point->parent])) continue;
+            points[point->parent].radius = point->radius;
+            changed = true;
+        }
+    }
+    double least = std::numeric_limits<double>::max();
+    for (const auto& point : points)
+        if (good(point)) least = std::min(least, point.radius);
+    for (auto& point : points)
+        if (!good(point)) point.radius = least;
+}
+
+void add_ball(Morphology& morphology, const Vec3& center, double radius) {
+    morphology.capsules.push_back({center, center, radius, radius});
+}
+
+/// A contour in a plane as discs along its longest axis, as wide as it is there.
+void add_contour(Morphology& morphology, const std::vector<Vec3>& contour) {
+    Vec3 center;
+    for (const Vec3& p : contour)
+        center = center + p;
+    center = (1.0 / static_cast<double>(contour.size())) * center;
+    Vec3 farthest = contour.front();
+    for (const Vec3& p : contour)
+        if (length(p - center) > length(farthest - center)) farthest = p;
+    if (!(length(farthest - center) > 0)) return;
+    const Vec3 axis = normalized(farthest - center);
+    double low = 0;
+    double high = 0;
+    for (const Vec3& p : contour) {
+        low = std::min(low, dot(p - center, axis));
+        high = std::max(high, dot(p - center, axis));
+    }
+    constexpr int kDiscs = 21;
+    std::vector<Capsule> discs;
+    for (int i = 0; i < kDiscs; ++i) {
+        const double at = low + (i + 0.5) / kDiscs * (high - low);
+        Bounds across;  // crossings of the contour with the plane at `at`
+        for (std::size_t n = 0; n < contour.size(); ++n) {
+            const Vec3 a = contour[n] - center;
+            const Vec3 b = contour[(n + 1) % contour.size()] - center;
+            const double da = dot(a, axis) - at;
+            const double db = dot(b, axis) - at;
+            if ((da < 0) == (db < 0)) continue;
+            across.add(a + (da / (da - db)) * (b - a));
+        }
+        if (across.empty()) continue;
+        const double radius = length(across.size()) / 2;
+        // Balls that don't stick out at the ends.
+        const double room = std::min(at - low, high - at);
+        discs.push_back({center + across.center(), {}, std::max(std::min(radius, room), (high - low) / kDiscs / 2), 0});
+    }
+    for (std::size_t i = 1; i < discs.size(); ++i)
+        morphology.capsules.push_back(
+            {discs[i - 1].from, discs[i].from, discs[i - 1].from_radius, discs[i].from_radius});
+}
+
+/// Somata of SWC; returns whether soma points are to be drawn as segments too.
+bool add_soma(Morphology& morphology, const MorphologyTree& tree) {
+    std::vector<std::uint32_t> soma;
+    for (std::uint32_t i = 0; i < tree.points.size(); ++i)
+        if (tree.points[i].type == kSomaType) soma.push_back(i);
+    MorphologyReport& report = morphology.report;
+    report.soma_points = soma.size();
+    if (!tree.soma_contours.empty()) {
+        for (const auto& contour : tree.soma_contours)
+            add_contour(morphology, contour);
+        report.soma = "contour";
+        return true;
+    }
+    if (soma.empty()) {
+        report.soma = "none";
+        return true;
+    }
+    const MorphologyPoint& first = tree.points[soma[0]];
+    if (soma.size() == 1) {
+        add_ball(morphology, first.position, first.radius);
+        report.soma = "ball";
+        return false;
+    }
+    // NeuroMorpho.org's cylinder: two more points at one radius on either side; 2 pi r 2 r is a ball's area.
+    const bool cylinder =
+        soma.size() == 3 && std::all_of(soma.begin() + 1, soma.end(), [&](std::uint32_t i) {
+            const double away = length(tree.points[i].position - first.position);
+            return tree.points[i].parent == soma[0] && std::abs(away - first.radius) < 0.05 * first.radius;
+        });
+    if (cylinder) {
+        add_ball(morphology, first.position, first.radius);
+        report.soma = "ball (of the area of a cylinder of three points)";
+        return false;
+    }
+    report.soma =
+        soma.size() == tree.points.size() ? "none (every point is typed soma: taken as neurites)" : "segments";
+    return true;
+}
+
+}  // namespace
+
+Morphology build_morphology(MorphologyTree tree, const std::string& name) {
+    if (tree.points.empty() && tree.soma_contours.empty()) throw InputError(name + ": has no points");
+    if (!tree.points.empty()) {
+        cut_cycles(tree);
+        mend_radii(tree, name);
+    }
+    Morphology morphology;
+    morphology.report = tree.report;
+    MorphologyReport& report = morphology.report;
+    report.points = tree.points.size();
+    report.spines = tree.spines.size();
+    const bool draw_soma = add_soma(morphology, tree);
+    std::vector<std::uint32_t> children(tree.points.size(), 0);
+    for (const MorphologyPoint& point : tree.points) {
+        if (point.parent == kNoParent) {
+            ++report.roots;
+        } else if (++children[point.parent] == 2) {
+            ++report.branch_points;
+        }
+    }
+    for (std::size_t i = 0; i < tree.points.size(); ++i) {
+        const MorphologyPoint& point = tree.points[i];
+        const bool soma = point.type == kSomaType;
+        if (soma && !draw_soma) continue;
+        if (point.parent == kNoParent) {
+            if (children[i] == 0) add_ball(morphology, point.position, point.radius);
+            continue;
+        }
+        const MorphologyPoint& parent = tree.points[point.parent];
+        const double step = length(point.position - parent.position);
+        if (step == 0) ++report.zero_lengths;
+        if (!soma) report.cable_length += step;
+        const bool leaves_soma = parent.type == kSomaType && !soma;
+        morphology.capsules.push_back(
+            {parent.position, point.position, leaves_soma ? point.radius : parent.radius, point.radius});
+    }
+    morphology.capsules.insert(morphology.capsules.end(), tree.spines.begin(), tree.spines.end());
+    return morphology;
+}
+
+bool is_morphology_file(const std::filesystem::path& file) {
+    const std::string extension = lower_case(file.extension().string());
+    return extension == ".swc" || extension == ".asc";
+}
+
+Morphology parse_morphology(std::string_view bytes, const std::string& extension, const std::string& name) {
+    if (bytes.empty()) throw InputError(name + ": is empty");
+    const bool swc = lower_case(extension) == ".swc";
+    return build_morphology(swc ? parse_swc(bytes, name) : parse_asc(bytes, name), name);
+}
+
+double capsule_volume(const Capsule& capsule) {
+    using std::numbers::pi;
+    const double a = capsule.from_radius;
+    const double b = capsule.to_radius;
+    const double distance = length(capsule.to - capsule.from);
+    const double larger = std::max(a, b);
+    if (distance <= std::abs(a - b)) return 4 * pi / 3 * larger * larger * larger;
+    // Two cut balls and the frustum between the circles where the common cone touches them.
+    const double sine = (a - b) / distance;
+    const double cosine2 = 1 - sine * sine;
+    const double ra = a * std::sqrt(cosine2);
+    const double rb = b * std::sqrt(cosine2);
+    const double height = distance - (a - b) * sine;
+    const auto cap = [](double r, double from_center) {  // part of a ball beyond a plane
+        const double h = r - from_center;
+        return pi * h * h * (3 * r - h) / 3;
+    };
+    return 4 * pi / 3 * a * a * a - cap(a, a * sine) + cap(b, b * sine) +
+           pi * height * (ra * ra + ra * rb + rb * rb) / 3;
+}
+
+}  // namespace fluovox

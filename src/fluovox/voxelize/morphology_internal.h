@@ -1,0 +1,34 @@
+#pragma once
+
+#include "fluovox/voxelize/morphology.h"
+
+#include <cstdint>
+#include <limits>
+
+namespace fluovox {
+
+constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
+constexpr int kSomaType = 1;  // of SWC
+
+struct MorphologyPoint {
+    Vec3 position;
+    double radius = 0;
+    int type = 0;
+    std::uint32_t parent = kNoParent;  ///< by place in the list
+};
+
+/// Points with parents, a contour of the soma where the file has one, and spines.
+struct MorphologyTree {
+    std::vector<MorphologyPoint> points;
+    std::vector<std::vector<Vec3>> soma_contours;
+    std::vector<Capsule> spines;
+    MorphologyReport report;
+};
+
+MorphologyTree parse_swc(std::string_view bytes, const std::string& name);
+MorphologyTree parse_asc(std::string_view bytes, const std::string& name);
+
+/// Mends a tree and makes capsules of it.
+Morphology build_morphology(MorphologyTree tree, const std::string& name);
+
+}  // namespace fluovox

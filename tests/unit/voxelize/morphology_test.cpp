@@ -1,0 +1,211 @@
+#include "fluovox/voxelize/morphology.h"
+
+#include "fluovox/core/error.h"
+#include "fluovox/core/rng.h"
+#include "fluovox/voxelize/input_bytes.h"
+#include "fluovox/voxelize/voxelize.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <string>
+
+namespace fluovox {
+namespace {
+
+using std::numbers::pi;
+
+Morphology swc(const std::string& text) {
+    return parse_morphology(text, ".swc", "m.swc");
+}
+
+Morphology asc(const std::string& text) {
+    return parse_morphology(text, ".asc", "m.asc");
+}
+
+double voxel_volume(const std::vector<Capsule>& capsules, double voxel_um) {
+    VoxelizeSettings settings;
+    settings.voxel_size_um = voxel_um;
+    NoProgress progress;
+    return voxelize_capsules(capsules, settings, progress).report.volume_um3;
+}
+
+/// By the distance to the axis, with no regard to how the voxelizer cuts capsules.
+bool inside(const Capsule& capsule, const Vec3& p) {
+    const Vec3 axis = capsule.to - capsule.from;
+    const double squared = dot(axis, axis);
+    const double shrink = capsule.from_radius - capsule.to_radius;
+    double s = 0;
+    if (squared > shrink * shrink) {
+        // The ball of the family between the two ends that reaches farthest towards p.
+        const double along = dot(p - capsule.from, axis) / std::sqrt(squared);
+        const double across = std::sqrt(std::max(0.0, dot(p - capsule.from, p - capsule.from) - along * along));
+        const double slope = shrink / std::sqrt(squared - shrink * shrink);
+        s = std::clamp((along - across * slope) / std::sqrt(squared), 0.0, 1.0);
+    } else if (shrink < 0) {
+        s = 1;
+    }
+    const double radius = capsule.from_radius - s * shrink;
+    return length(p - capsule.from - s * axis) <= radius;
+}
+
+TEST(Capsules, HoldTheirVolumeInAnyDirection) {
+    const std::vector<Capsule> shapes = {{{0, 0, 0}, {9, 0, 0}, 2, 2},       {{0, 0, 0}, {0, 9, 1}, 3, 0.5},
+                                         {{1, 2, 3}, {4, 9, -5}, 0.7, 2.2},  {{0, 0, 0}, {0, 0, 0}, 3, 3},
+                                         {{0, 0, 0}, {1, 0, 0}, 4, 2},       {{0, 0, 0}, {5, 0, 0}, 4, 0.1},
+                                         {{0, 0, 0}, {40, 30, 20}, 0.2, 0.2}};
+    for (const Capsule& shape : shapes) {
+        EXPECT_NEAR(voxel_volume({shape}, 0.25) / capsule_volume(shape), 1, 0.003)
+            << shape.to.x << ' ' << shape.to_radius;
+    }
+}
+
+TEST(Capsules, TheVolumeFormulaIsThatOfAMonteCarloCount) {
+    const Capsule shape = {{0, 0, 0}, {3, 2, 1}, 2, 0.8};
+    Rng random(5, 5, 5);
+    constexpr int kPoints = 400000;
+    int count = 0;
+    for (int i = 0; i < kPoints; ++i) {
+        const auto at = [&](double low, double high) { return low + (high - low) * random.uniform(); };
+        const double x = at(-2, 4);
+        const double y = at(-2, 3);
+        count += inside(shape, {x, y, at(-2, 2)}) ? 1 : 0;
+    }
+    const double box = 6 * 5 * 4;
+    const double share = static_cast<double>(count) / kPoints;
+    EXPECT_NEAR(box * share, capsule_volume(shape), 5 * box * std::sqrt(share / kPoints));
+}
+
+TEST(Capsules, AreAUnionWhereTheyOverlap) {
+    const Capsule one = {{0, 0, 0}, {6, 0, 0}, 2, 1};
+    EXPECT_NEAR(voxel_volume({one, one, one}, 0.25), voxel_volume({one}, 0.25), 1e-9);
+}
+
+TEST(Morphology, SomaRules) {
+    const Morphology ball = swc("# one point\n1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n");
+    EXPECT_EQ(ball.report.soma, "ball");
+    // The dendrite starts with its own radius at the centre of the soma.
+    const Capsule& dendrite =
+        *std::find_if(ball.capsules.begin(), ball.capsules.end(), [](const Capsule& c) { return c.to.x == 10; });
+    EXPECT_EQ(dendrite.from_radius, 1);
+    const Morphology three = swc("1 1 0 0 0 5 -1\n2 1 0 5 0 5 1\n3 1 0 -5 0 5 1\n4 3 20 0 0 1 1\n");
+    ASSERT_EQ(three.capsules.size(), 2U);
+    EXPECT_NEAR(capsule_volume(three.capsules[0]), 4 * pi / 3 * 125, 1e-9);
+    const Morphology all = swc("1 1 0 0 0 1 -1\n2 1 10 0 0 1 1\n3 1 20 0 0 1 2\n4 1 30 0 0 1 3\n");
+    EXPECT_EQ(all.capsules.size(), 3U);
+    EXPECT_TRUE(all.report.soma.starts_with("none (every point"));
+    EXPECT_EQ(swc("1 3 0 0 0 1 -1\n2 3 5 0 0 1 1\n").report.soma, "none");
+}
+
+TEST(Morphology, BrokenFilesAreMendedAndCounted) {
+    const Morphology radii = swc("1 3 0 0 0 2 -1\n2 3 5 0 0 0 1\n3 3 9 0 0 -1 2\n");
+    EXPECT_EQ(radii.report.mended_radii, 2U);
+    for (const Capsule& capsule : radii.capsules)
+        EXPECT_EQ(capsule.to_radius, 2);
+    const Morphology orphan = swc("1 3 0 0 0 2 -1\n2 3 5 0 0 1 77\n3 3 9 0 0 1 2\n");
+    EXPECT_EQ(orphan.report.missing_parents, 1U);
+    EXPECT_EQ(orphan.report.roots, 2U);
+    const Morphology cycle = swc("1 3 0 0 0 2 3\n2 3 5 0 0 1 1\n3 3 9 0 0 1 2\n");
+    EXPECT_EQ(cycle.report.cycles, 1U);
+    EXPECT_EQ(cycle.capsules.size(), 2U);
+    EXPECT_EQ(swc("1 3 0 0 0 2 1\n2 3 5 0 0 1 1\n").report.cycles, 1U) << "its own parent";
+    EXPECT_EQ(swc("1 3 0 0 0 2 -1\n2 3 0 0 0 2 1\n").report.zero_lengths, 1U);
+    EXPECT_EQ(swc("1 3 0 0 0 2 -1\n1 3 5 0 0 2 1\n2 3 5 0 0 2 1\n").report.repeated_points, 1U);
+    EXPECT_EQ(swc("1 3 0 0 0 2 -1\r\n\n# x\n2 3.0 5 0 0 2 1 extra\n").capsules.size(), 1U);
+}
+
+TEST(Morphology, HopelessFilesAreRefusedWithAReason) {
+    const auto message = [](const auto& read) {
+        try {
+            read();
+        } catch (const InputError& e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(message([] { swc(""); }).find("is empty"), std::string::npos);
+    EXPECT_NE(message([] { swc("# nothing\n"); }).find("no points"), std::string::npos);
+    EXPECT_NE(message([] { swc("1 3 0 0 0\n"); }).find("m.swc:1: a number is missing"), std::string::npos);
+    EXPECT_NE(message([] { swc("1 3 0 zero 0 1 -1\n"); }).find("\"zero\" is not a number"), std::string::npos);
+    EXPECT_NE(message([] { swc("1 3 0 0 0 0 -1\n"); }).find("radius above zero"), std::string::npos);
+    EXPECT_NE(message([] { asc("hello"); }).find("not a Neurolucida"), std::string::npos);
+    EXPECT_NE(message([] { asc("((Dendrite) (0 0 0 1) (1 0 0 1)"); }).find("truncated"), std::string::npos);
+    EXPECT_NE(message([] { asc(std::string(200000, '(')); }), "");
+}
+
+TEST(Morphology, ReadsNeurolucidaTreesContoursAndSpines) {
+    const Morphology cell =
+        asc("; a comment\n(\"Cell Body\" (Color Red) (CellBody) (5 0 0 0.1) (0 4 0 0.1) (-5 0 0 0.1) (0 -4 0 0.1))\n"
+            "((Color Blue) (Dendrite) (0 0 0 2) (10 0 0 2) <(10 1.5 0 0.4)>\n"
+            " ( (20 5 0 1) (30 9 0 1) Normal | (20 -5 0 1 S2) ( (25 -9 0 1) | (25 -1 0 1) High ) ) )\n");
+    EXPECT_EQ(cell.report.points, 7U);
+    EXPECT_EQ(cell.report.branch_points, 2U);
+    EXPECT_EQ(cell.report.spines, 1U);
+    EXPECT_EQ(cell.report.soma, "contour");
+    EXPECT_EQ(cell.report.roots, 1U);
+    const auto wide =
+        std::count_if(cell.capsules.begin(), cell.capsules.end(), [](const Capsule& c) { return c.to_radius > 2; });
+    EXPECT_GT(wide, 5) << "the soma is made of discs";
+}
+
+// Specimens beside the project; skipped without.
+TEST(Morphology, ACorticalCellHoldsTheVolumeOfItsUnion) {
+    const auto file = std::filesystem::path(FLUOVOX_SHARED_DIR) / "specimens/swc/allen_Scnn1a_L4pyr_328933585.swc";
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << "no " << file;
+    const auto capsules = parse_morphology(load_bytes(file), ".swc", file.string()).capsules;
+    // Independent: points at random in capsules drawn by volume, each weighed by how many capsules hold it.
+    double sum = 0;
+    std::vector<double> until;
+    for (const Capsule& capsule : capsules)
+        until.push_back(sum += capsule_volume(capsule));
+    Rng random(9, 9, 9);
+    constexpr int kPoints = 20000;
+    double mean = 0;
+    double mean_square = 0;
+    for (int i = 0; i < kPoints; ++i) {
+        const auto pick = std::upper_bound(until.begin(), until.end(), random.uniform() * sum) - until.begin();
+        const Capsule& capsule =
+            capsules[static_cast<std::size_t>(std::min<std::ptrdiff_t>(pick, std::ssize(capsules) - 1))];
+        Vec3 point;
+        do {
+            for (int axis = 0; axis < 3; ++axis) {
+                const double low =
+                    std::min(capsule.from[axis] - capsule.from_radius, capsule.to[axis] - capsule.to_radius);
+                const double high =
+                    std::max(capsule.from[axis] + capsule.from_radius, capsule.to[axis] + capsule.to_radius);
+                point[axis] = low + (high - low) * random.uniform();
+            }
+        } while (!inside(capsule, point));
+        const auto holders =
+            std::count_if(capsules.begin(), capsules.end(), [&](const Capsule& c) { return inside(c, point); });
+        mean += 1.0 / static_cast<double>(holders) / kPoints;
+        mean_square += 1.0 / static_cast<double>(holders * holders) / kPoints;
+    }
+    const double sigma = std::sqrt((mean_square - mean * mean) / kPoints);
+    EXPECT_LT(5 * sigma / mean, 0.02);
+    EXPECT_NEAR(voxel_volume(capsules, 0.2) / (sum * mean), 1, std::max(0.01, 5 * sigma / mean));
+}
+
+TEST(Morphology, EverySpecimenIsReadOrRefused) {
+    const auto folder = std::filesystem::path(FLUOVOX_SHARED_DIR) / "specimens";
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+    std::size_t mended = 0;
+    std::size_t read = 0;
+    for (const char* kind : {"swc", "asc"}) {
+        for (const auto& entry : std::filesystem::directory_iterator(folder / kind)) {
+            const auto& path = entry.path();
+            const Morphology cell = parse_morphology(load_bytes(path), path.extension().string(), path.string());
+            EXPECT_GT(cell.capsules.size(), 100U) << path;
+            mended += cell.report.mended_radii;
+            ++read;
+        }
+    }
+    EXPECT_EQ(read, 10U);
+    EXPECT_EQ(mended, 815U);
+}
+
+}  // namespace
+}  // namespace fluovox

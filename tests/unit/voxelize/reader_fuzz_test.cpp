@@ -1,0 +1,157 @@
+#include "fluovox/core/error.h"
+#include "fluovox/core/rng.h"
+#include "fluovox/voxelize/mesh_file.h"
+#include "fluovox/voxelize/mesh_repair.h"
+#include "fluovox/voxelize/morphology.h"
+#include "fluovox/voxelize/voxelize.h"
+
+#include "unit/voxelize/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+// Damaged files of every format: each is read or refused with InputError, never a crash, a hang or a flood of memory.
+// FLUOVOX_FUZZ=100000 in the environment runs that many instead of the few thousand of the suite.
+namespace fluovox {
+namespace {
+
+struct Seed {
+    std::string extension;
+    std::string bytes;
+};
+
+template <class T>
+void put(std::string& bytes, T value) {
+    std::array<char, sizeof value> raw{};
+    std::memcpy(raw.data(), &value, sizeof value);
+    bytes.append(raw.data(), raw.size());
+}
+
+std::vector<Seed> seeds() {
+    const Mesh box = testing::box({0, 0, 0}, {2, 3, 4});
+    std::string obj;
+    std::string off = "OFF\n8 12 0\n";
+    std::string ply =
+        "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 12\nproperty list uchar int vertex_indices\nend_header\n";
+    std::string binary =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n";
+    std::string stl = "solid x\n";
+    std::string binary_stl(80, ' ');
+    for (const Vec3& v : box.vertices) {
+        const std::string line = std::to_string(v.x) + ' ' + std::to_string(v.y) + ' ' + std::to_string(v.z) + '\n';
+        obj += "v " + line;
+        off += line;
+        ply += line;
+        for (int axis = 0; axis < 3; ++axis)
+            put(binary, static_cast<float>(v[axis]));
+    }
+    put(binary_stl, static_cast<std::uint32_t>(box.triangles.size()));
+    for (const auto& t : box.triangles) {
+        obj +=
+            "f " + std::to_string(t[0] + 1) + ' ' + std::to_string(t[1] + 1) + "/1 " + std::to_string(t[2] + 1) + '\n';
+        const std::string face =
+            "3 " + std::to_string(t[0]) + ' ' + std::to_string(t[1]) + ' ' + std::to_string(t[2]) + '\n';
+        off += face;
+        ply += face;
+        binary += '\3';
+        stl += "facet normal 0 0 0\nouter loop\n";
+        binary_stl.append(12, '\0');
+        for (const std::uint32_t corner : t) {
+            put(binary, corner);
+            const Vec3& v = box.vertices[corner];
+            stl += "vertex " + std::to_string(v.x) + ' ' + std::to_string(v.y) + ' ' + std::to_string(v.z) + '\n';
+            for (int axis = 0; axis < 3; ++axis)
+                put(binary_stl, static_cast<float>(v[axis]));
+        }
+        stl += "endloop\nendfacet\n";
+        binary_stl.append(2, '\0');
+    }
+    return {{".obj", obj},
+            {".off", off},
+            {".ply", ply},
+            {".ply", binary},
+            {".stl", stl + "endsolid\n"},
+            {".stl", binary_stl},
+            {".swc", "# a cell\n1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 1 0 1 2\n4 3 20 -9 0 0.5 2\n5 2 -9 0 0 1 1\n"},
+            {".asc",
+             "(\"Soma\" (CellBody) (5 0 0 1) (0 4 0 1) (-5 0 0 1))\n((Dendrite) (0 0 0 2) (10 0 0 2) <(10 2 0 1)>\n"
+             "( (20 5 0 1) Normal | (20 -5 0 1) ( (25 -9 0 1) | (25 -1 0 1) High ) ) )\n"}};
+}
+
+std::string damage(std::string bytes, Rng& random) {
+    const auto below = [&](std::size_t n) {
+        return static_cast<std::size_t>(random.uniform() * static_cast<double>(n));
+    };
+    static const std::array<std::string, 12> kWords = {
+        "-1", "4294967295", "9999999999999999999", "nan", "inf", "1e308", "(", "|", ")", "\n", "#", "-0"};
+    const std::size_t edits = 1 + below(5);
+    for (std::size_t i = 0; i < edits && !bytes.empty(); ++i) {
+        const std::size_t at = below(bytes.size());
+        switch (below(6)) {
+            case 0:
+                bytes[at] = static_cast<char>(below(256));
+                break;
+            case 1:
+                bytes.resize(at);
+                break;
+            case 2:
+                bytes.erase(at, 1 + below(8));
+                break;
+            case 3:
+                bytes.insert(at, kWords[below(kWords.size())]);
+                break;
+            case 4:
+                bytes.insert(at, bytes.substr(below(bytes.size()), below(60)));
+                break;
+            default:
+                bytes[at] = static_cast<char>(bytes[at] ^ static_cast<char>(1U << below(8)));
+                break;
+        }
+    }
+    return bytes;
+}
+
+/// True when it was read (and, being small, voxelized), false when it was refused.
+bool survives(const std::string& extension, const std::string& bytes) {
+    try {
+        VoxelizeSettings settings;
+        settings.max_bytes = 3e6;
+        settings.voxel_size_um = 0.5;
+        NoProgress progress;
+        if (extension == ".swc" || extension == ".asc") {
+            voxelize_capsules(parse_morphology(bytes, extension, "m").capsules, settings, progress);
+        } else {
+            voxelize({make_solid(parse_mesh(bytes, extension, "m").mesh)}, settings, progress);
+        }
+        return true;
+    } catch (const InputError&) {
+        return false;
+    }
+}
+
+TEST(ReaderFuzz, DamagedFilesAreReadOrRefused) {
+    const char* const asked = std::getenv("FLUOVOX_FUZZ");
+    const long long runs = asked != nullptr ? std::atoll(asked) : 4000;
+    const std::vector<Seed> all = seeds();
+    for (const Seed& seed : all)
+        EXPECT_TRUE(survives(seed.extension, seed.bytes)) << seed.extension;
+    long long refused = 0;
+    for (long long run = 0; run < runs; ++run) {
+        Rng random(2026, static_cast<std::uint64_t>(run), 0);
+        const Seed& seed = all[static_cast<std::size_t>(run) % all.size()];
+        refused += survives(seed.extension, damage(seed.bytes, random)) ? 0 : 1;
+    }
+    EXPECT_GT(refused, runs / 10);
+    EXPECT_LT(refused, runs);
+}
+
+}  // namespace
+}  // namespace fluovox
