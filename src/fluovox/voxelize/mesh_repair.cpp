@@ -89,7 +89,9 @@ bool snap_to_box(const std::vector<Vec3>& loop, const Bounds& box, Vec3& center)
     double perimeter = 0;
     for (std::size_t i = 0; i < loop.size(); ++i)
         perimeter += length(loop[(i + 1) % loop.size()] - loop[i]);
-    const double near = 0.5 * perimeter / static_cast<double>(loop.size());  // meshes are smoothed a little at the cut
+    // Meshes are smoothed a little at the cut, so "on the face" means within half an edge, and near on any scale.
+    constexpr double kNear = 0.002;
+    const double near = std::min(0.5 * perimeter / static_cast<double>(loop.size()), kNear * length(box.size()));
     std::array<int, 6> on_face{};
     for (const Vec3& p : loop) {
         bool on_any = false;
