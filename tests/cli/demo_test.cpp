@@ -1,4 +1,5 @@
 #include "fluovox/core/text.h"
+#include "fluovox/volume/grid_info.h"
 
 #include "cli/run_program.h"
 
@@ -38,6 +39,21 @@ TEST_F(ProgramTest, DemoWritesTheSceneOfTheRepositoryAndTheNextCommand) {
     EXPECT_TRUE(found("Next: fluovox render new/folder/scene.toml -o new/folder/cuvette-gfp.exr", result.out));
     EXPECT_EQ(files(), std::vector<std::string>{"new/folder/scene.toml"});
     EXPECT_EQ(read("new/folder/scene.toml"), load_text(FLUOVOX_SOURCE_DIR "/volumes/cuvette-gfp/scene.toml"));
+}
+
+TEST_F(ProgramTest, DemoMakesTheGridOfTheRepository) {
+    ASSERT_EQ(run({"demo", "neuron", "-o", "."}).exit_code, 0);
+    EXPECT_EQ(files(),
+              (std::vector<std::string>{"neuron.obj", "neuron.swc", "neuron.vdb", "nucleus.obj", "scene.toml"}));
+    const auto made = inspect_grids(folder() / "neuron.vdb");
+    const auto kept = inspect_grids(FLUOVOX_SOURCE_DIR "/volumes/neuron/neuron.vdb");
+    ASSERT_EQ(made.size(), 2U);
+    ASSERT_EQ(kept.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(made[i].entry.name, kept[i].entry.name);
+        EXPECT_EQ(made[i].active_voxels, kept[i].active_voxels);
+        EXPECT_EQ(made[i].total_mol, kept[i].total_mol);
+    }
 }
 
 }  // namespace

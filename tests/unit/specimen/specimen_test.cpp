@@ -102,7 +102,7 @@ TEST(Neuron, HasTheSizesOfAPyramidalCell) {
         EXPECT_LT(box.size().y, 430);
         EXPECT_GT(box.size().x, 180);
         EXPECT_LT(box.size().x, 280);
-        EXPECT_LT(std::max(-box.min.z, box.max.z), 44);  // the slice of its scene is 90 um thick
+        EXPECT_LT(std::max(-box.min.z, box.max.z), 40);  // the slice of its scene is 80 um thick
         EXPECT_GT(cell.length_um(CellPart::BasalDendrite), 1000);
         EXPECT_GT(cell.length_um(CellPart::ApicalDendrite), 700);
         EXPECT_GT(cell.length_um(CellPart::Axon), 300);
