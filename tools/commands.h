@@ -8,6 +8,7 @@ namespace fluovox::tools {
 ExitCode run_check(const std::vector<std::string>& arguments);
 ExitCode run_demo(const std::vector<std::string>& arguments);
 ExitCode run_dyes(const std::vector<std::string>& arguments);
+ExitCode run_fluence(const std::vector<std::string>& arguments);
 ExitCode run_render(const std::vector<std::string>& arguments);
 ExitCode run_info(const std::vector<std::string>& arguments);
 ExitCode run_voxelize(const std::vector<std::string>& arguments);

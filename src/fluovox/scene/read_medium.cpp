@@ -153,9 +153,8 @@ MediumDescription read_medium(const SceneTable& table, ReadContext& context) {
     }
     if (table.has("grid")) medium.grid = read_grid(table, context, is_dye);
     if (table.has("region")) medium.region = read_region(table);
-    for (const char* key : {"refractive_index", "exclusive"}) {
-        if (table.has(key) && !table.has("region")) table.fail(key, "is a property of a region, not of a grid");
-    }
+    if (table.has("exclusive") && !table.has("region"))
+        table.fail("exclusive", "is a property of a region, not of a grid");
     if (table.has("refractive_index")) medium.refractive_index = table.number("refractive_index", {.min = 1, .max = 5});
     medium.exclusive = table.flag_or("exclusive", false);
     return medium;

@@ -91,11 +91,6 @@ std::vector<int> replaced_by(const std::vector<MediumDescription>& media, std::s
 }
 
 void require_available(const SceneDescription& description) {
-    for (const MediumDescription& medium : description.media) {
-        if (medium.refractive_index) {
-            throw SceneError(medium.where, "refracting surfaces are not available yet: leave refractive_index out");
-        }
-    }
     if (description.stack) throw SceneError(description.stack->where, "[stack] is not available yet");
     const std::string& estimator = description.render.estimator;
     if (estimator != "auto" && estimator != "path") {
@@ -111,6 +106,7 @@ void add_medium(Scene& scene, const MediumDescription& description, GridLoader& 
     medium.scattering = description.scattering;
     medium.absorption = description.absorption;
     medium.anisotropy = description.anisotropy;
+    medium.refractive_index = description.refractive_index;
     if (description.grid) medium.grid = loader.load(description);
     if (description.dye) {
         medium.dye = index_of_dye(scene, *description.dye);

@@ -8,6 +8,7 @@
 #include "fluovox/volume/sparse_grid.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,8 @@ struct SceneMedium {
     int dye = -1;                                    ///< index into Scene::dyes; -1: a host
     Coefficient scattering = 0.0, absorption = 0.0;  ///< hosts, per um
     double anisotropy = 0;
-    std::vector<int> cut_by;  ///< media whose regions replace this one (`exclusive`)
+    std::optional<double> refractive_index;  ///< inside its surface; a grid's is its box
+    std::vector<int> cut_by;                 ///< media whose regions replace this one (`exclusive`)
 };
 
 /// What the renderer reads: built once, const ever after.

@@ -22,7 +22,7 @@ void require_apertures(const SceneTable& root, const SceneDescription& scene) {
         if (!table.has(kKey) || table.number(kKey) < index) return;
         table.fail(kKey, fmt::format("must be below {}, the highest refractive index of the scene", index));
     };
-    require(root.table("camera"));
+    if (root.has("camera")) require(root.table("camera"));
     for (const SceneTable& light : root.tables("light"))
         require(light);
 }
@@ -35,12 +35,13 @@ void warn_of_what_is_absent(SceneDescription& scene) {
 
 }  // namespace
 
-SceneDescription load_scene_description(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-    return parse_scene_description(load_text(file), file, overrides);
+SceneDescription load_scene_description(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                                        SceneUse use) {
+    return parse_scene_description(load_text(file), file, overrides, use);
 }
 
 SceneDescription parse_scene_description(const std::string& text, const std::filesystem::path& file,
-                                         const std::vector<std::string>& overrides) {
+                                         const std::vector<std::string>& overrides, SceneUse use) {
     if (text.size() > kLargestScene) throw SceneError({file.string(), 0, 0}, "is larger than 16 MiB, not a scene");
     const SceneTable root = SceneTable::parse(text, file.string(), overrides);
     root.allow_only({"title", "medium", "light", "camera", "film", "stack", "render"});
@@ -51,14 +52,19 @@ SceneDescription parse_scene_description(const std::string& text, const std::fil
     scene.title = root.text_or("title", "");
     scene.media = read_media(root, context);
     scene.lights = read_lights(root, context);
-    scene.camera = read_camera(root, context);
-    scene.film = read_film(root, context);
+    const bool has_view = use == SceneUse::Image || root.has("camera") || root.has("film");
+    if (has_view) {
+        scene.camera = read_camera(root, context);
+        scene.film = read_film(root, context);
+    }
     scene.stack = read_stack(root);
     scene.render = read_render(root);
     scene.remarks = std::move(context.remarks);
     scene.warnings = std::move(context.warnings);
-    require_apertures(root, scene);
-    require_film_fits(root, scene);
+    if (has_view) {
+        require_apertures(root, scene);
+        if (has_view) require_film_fits(root, scene);
+    }
     warn_of_what_is_absent(scene);
     return scene;
 }

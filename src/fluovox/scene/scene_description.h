@@ -89,15 +89,19 @@ struct SceneDescription {
     std::vector<std::string> warnings;  ///< what is allowed but probably a mistake
 };
 
+/// What a scene is read for: an image needs a camera and a film, light alone does not.
+enum class SceneUse { Image, Light };
+
 /// Reads and checks a scene file. `overrides` are `KEY=VALUE` texts (`camera.resolution=[64,64]`) that replace keys.
 /// Throws SceneError with the place of the first mistake, InputError for a file that cannot be read (the scene or one
 /// of the tables it names), UsageError for an override that is no `KEY=VALUE`.
 SceneDescription load_scene_description(const std::filesystem::path& file,
-                                        const std::vector<std::string>& overrides = {});
+                                        const std::vector<std::string>& overrides = {}, SceneUse use = SceneUse::Image);
 
 /// The same for a scene whose `text` is at hand; `file` is what messages call it and where relative paths start.
 SceneDescription parse_scene_description(const std::string& text, const std::filesystem::path& file,
-                                         const std::vector<std::string>& overrides = {});
+                                         const std::vector<std::string>& overrides = {},
+                                         SceneUse use = SceneUse::Image);
 
 /// The description with every default, as JSON text; the same scene gives the same text.
 std::string to_json(const SceneDescription& scene);

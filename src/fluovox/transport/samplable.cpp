@@ -81,6 +81,12 @@ void require_samplable_by_path(const Scene& scene) {
         }
     }
     for (const MediumDescription& medium : scene.description.media) {
+        if (medium.refractive_index) {
+            throw SceneError(medium.where,
+                             "the estimator \"path\" goes straight to lights and cannot find the way through a "
+                             "refracting surface; leave refractive_index out, or use fluovox fluence, which follows "
+                             "photons from the lights");
+        }
         if (never_ends(medium) && !scene.description.render.max_scatterings) {
             throw SceneError(medium.where,
                              "light would scatter here for ever: give the medium some absorption or an end, or set "

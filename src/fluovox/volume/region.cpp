@@ -34,11 +34,11 @@ Interval inside_quadric(double a, double b, double c) {
 }
 
 Interval chord(const Everywhere& /*region*/, const Ray& /*ray*/) {
-    return {0, kFar};
+    return {-kFar, kFar};
 }
 
 Interval chord(const BoxRegion& box, const Ray& ray) {
-    Interval span{0, kFar};
+    Interval span{-kFar, kFar};
     for (int axis = 0; axis < 3; ++axis) {
         span = common(span, between(ray.origin[axis], ray.direction[axis], box.min[axis], box.max[axis]));
     }
@@ -67,6 +67,43 @@ Interval chord(const SlabRegion& slab, const Ray& ray) {
     return between(ray.origin[slab.axis], ray.direction[slab.axis], slab.min, slab.max);
 }
 
+Vec3 along_axis(int axis, double sign) {
+    Vec3 normal;
+    normal[axis] = sign;
+    return normal;
+}
+
+Vec3 normal_at(const Everywhere& /*region*/, Vec3 /*p*/) {
+    return {0, 0, 1};
+}
+Vec3 normal_at(const BoxRegion& box, Vec3 p) {
+    Vec3 normal{0, 0, 1};
+    double nearest = kFar;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double below = std::abs(p[axis] - box.min[axis]);
+        const double above = std::abs(p[axis] - box.max[axis]);
+        if (std::min(below, above) >= nearest) continue;
+        nearest = std::min(below, above);
+        normal = along_axis(axis, below < above ? -1 : 1);
+    }
+    return normal;
+}
+Vec3 normal_at(const SphereRegion& sphere, Vec3 p) {
+    return normalized(p - sphere.center);
+}
+Vec3 normal_at(const CylinderRegion& cylinder, Vec3 p) {
+    const double height = length(cylinder.to - cylinder.from);
+    const Vec3 axis = normalized(cylinder.to - cylinder.from);
+    const double along = dot(p - cylinder.from, axis);
+    const Vec3 across = p - cylinder.from - along * axis;
+    const double to_wall = std::abs(length(across) - cylinder.radius);
+    if (to_wall <= std::min(std::abs(along), std::abs(height - along))) return normalized(across);
+    return along < 0.5 * height ? -axis : axis;
+}
+Vec3 normal_at(const SlabRegion& slab, Vec3 p) {
+    return along_axis(slab.axis, std::abs(p[slab.axis] - slab.min) < std::abs(p[slab.axis] - slab.max) ? -1 : 1);
+}
+
 bool holds(const Everywhere& /*region*/, Vec3 /*p*/) {
     return true;
 }
@@ -91,9 +128,16 @@ bool holds(const SlabRegion& slab, Vec3 p) {
 
 }  // namespace
 
+Interval chord_of(const Region& region, const Ray& ray) {
+    return std::visit([&](const auto& shape) { return chord(shape, ray); }, region);
+}
+
+Vec3 surface_normal(const Region& region, Vec3 position_um) {
+    return std::visit([&](const auto& shape) { return normal_at(shape, position_um); }, region);
+}
+
 Interval intersect(const Region& region, const Ray& ray) {
-    const Interval whole = std::visit([&](const auto& shape) { return chord(shape, ray); }, region);
-    const Interval ahead = common(whole, {0, kFar});
+    const Interval ahead = common(chord_of(region, ray), {0, kFar});
     return ahead.empty() ? Interval{0, 0} : ahead;
 }
 

@@ -33,6 +33,12 @@ using Region = std::variant<Everywhere, BoxRegion, SphereRegion, CylinderRegion,
 /// The part of `ray` from its origin on that lies in `region`; empty when it misses.
 Interval intersect(const Region& region, const Ray& ray);
 
+/// The part of the whole line through `ray`, also behind its origin, that lies in `region`; empty when it misses.
+Interval chord_of(const Region& region, const Ray& ray);
+
+/// Unit vector across the surface of `region` at a point on it, outward.
+Vec3 surface_normal(const Region& region, Vec3 position_um);
+
 bool contains(const Region& region, Vec3 position_um);
 
 /// The smallest axis-aligned box around `region`, infinite where the region is.

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "fluovox/core/rng.h"
+#include "fluovox/scene/scene.h"
+#include "fluovox/transport/photon.h"
+#include "fluovox/transport/photon_space.h"
+
+#include <vector>
+
+namespace fluovox {
+
+/// Launches photons from all lights of a scene, each light in proportion to the photons it sends out.
+class PhotonSource {
+public:
+    /// Throws SceneError when no light sends out anything, or uniform light has no finite box to come in through.
+    PhotonSource(const Scene& scene, const PhotonSpace& space);
+
+    /// Of all lights together, per second.
+    double photons_per_s() const { return total_; }
+    Photon launch(Rng& rng) const;
+    /// The light a photon would come from, for those who need to know it: sets `light`.
+    Photon launch(Rng& rng, std::size_t& light) const;
+
+private:
+    const Scene* scene_;
+    const PhotonSpace* space_;
+    std::vector<double> rates_;
+    double total_ = 0;
+};
+
+}  // namespace fluovox

@@ -1,0 +1,202 @@
+#include "fluovox/transport/voxel_tally.h"
+
+#include "fluovox/core/interval.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr int kBrick = SparseGrid::kBrickSize;
+constexpr std::size_t kVoxels = std::size_t{kBrick} * kBrick * kBrick;
+
+bool has_values(const SparseGrid& grid, Voxel origin) {
+    for (int i = 0; i < static_cast<int>(kVoxels); ++i) {
+        if (grid.value({origin.x + (i >> 6), origin.y + ((i >> 3) & 7), origin.z + (i & 7)}) > 0) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+VoxelLattice VoxelLattice::filling(const Bounds& box, double voxel_um) {
+    VoxelLattice lattice;
+    for (int axis = 0; axis < 3; ++axis)
+        lattice.world_from_index.rows[static_cast<std::size_t>(axis)] = [&] {
+            Vec3 row;
+            row[axis] = voxel_um;
+            return row;
+        }();
+    // Voxel centres are at whole numbers, so the lowest faces are half a voxel before.
+    lattice.world_from_index.offset = box.min + 0.5 * Vec3{voxel_um, voxel_um, voxel_um};
+    const auto bricks = [&](double size) {
+        return static_cast<int>(std::ceil(std::ceil(size / voxel_um - 1e-9) / kBrick));
+    };
+    const Vec3 size = box.size();
+    for (int x = 0; x < bricks(size.x); ++x) {
+        for (int y = 0; y < bricks(size.y); ++y) {
+            for (int z = 0; z < bricks(size.z); ++z)
+                lattice.bricks.push_back({x * kBrick, y * kBrick, z * kBrick});
+        }
+    }
+    return lattice;
+}
+
+VoxelLattice VoxelLattice::of(const SparseGrid& grid) {
+    VoxelLattice lattice;
+    lattice.world_from_index = grid.world_from_index();
+    Bounds box;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Bounds& world = grid.bounds();
+        box.add(grid.index_from_world().point({(corner & 1) != 0 ? world.min.x : world.max.x,
+                                               (corner & 2) != 0 ? world.min.y : world.max.y,
+                                               (corner & 4) != 0 ? world.min.z : world.max.z}));
+    }
+    const auto low = [](double v) { return static_cast<int>(std::floor(v / kBrick)) * kBrick; };
+    for (int x = low(box.min.x); x <= box.max.x; x += kBrick) {
+        for (int y = low(box.min.y); y <= box.max.y; y += kBrick) {
+            for (int z = low(box.min.z); z <= box.max.z; z += kBrick) {
+                if (has_values(grid, {x, y, z})) lattice.bricks.push_back({x, y, z});
+            }
+        }
+    }
+    return lattice;
+}
+
+double VoxelTally::bytes(const VoxelLattice& lattice, int fields) {
+    return static_cast<double>(lattice.bricks.size()) * static_cast<double>(kVoxels * sizeof(std::int64_t)) * fields;
+}
+
+std::size_t VoxelTally::bytes() const {
+    return per_field_ * sizeof(std::int64_t) * static_cast<std::size_t>(fields_);
+}
+
+VoxelTally::VoxelTally(VoxelLattice lattice, int fields, double photons)
+    : lattice_(std::move(lattice)), index_from_world_(lattice_.world_from_index.inverse()), fields_(fields) {
+    const auto& rows = lattice_.world_from_index.rows;
+    volume_ = std::abs(dot(rows[0], cross(rows[1], rows[2])));
+    size_ = std::cbrt(volume_);
+    // Room for every photon to pass each voxel 256 times.
+    units_ = 0x1p62 / (256 * std::max(1.0, photons)) / size_;
+    Voxel last{std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
+    first_ = {std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
+    for (const Voxel& v : lattice_.bricks) {
+        first_ = {std::min(first_.x, v.x >> 3), std::min(first_.y, v.y >> 3), std::min(first_.z, v.z >> 3)};
+        last = {std::max(last.x, v.x >> 3), std::max(last.y, v.y >> 3), std::max(last.z, v.z >> 3)};
+    }
+    if (lattice_.bricks.empty()) first_ = last = {0, 0, 0};
+    count_ = {last.x - first_.x + 1, last.y - first_.y + 1, last.z - first_.z + 1};
+    brick_.assign(
+        static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) * static_cast<std::size_t>(count_.z),
+        -1);
+    for (std::size_t i = 0; i < lattice_.bricks.size(); ++i) {
+        const Voxel& v = lattice_.bricks[i];
+        brick_[(static_cast<std::size_t>((v.x >> 3) - first_.x) * static_cast<std::size_t>(count_.y) +
+                static_cast<std::size_t>((v.y >> 3) - first_.y)) *
+                   static_cast<std::size_t>(count_.z) +
+               static_cast<std::size_t>((v.z >> 3) - first_.z)] = static_cast<std::int32_t>(i);
+    }
+    per_field_ = lattice_.bricks.size() * kVoxels;
+    sums_ = std::make_unique<std::atomic<std::int64_t>[]>(per_field_ * static_cast<std::size_t>(fields_));
+}
+
+std::int64_t VoxelTally::slot(int x, int y, int z) const {
+    const int i = (x >> 3) - first_.x;
+    const int j = (y >> 3) - first_.y;
+    const int k = (z >> 3) - first_.z;
+    if (i < 0 || j < 0 || k < 0 || i >= count_.x || j >= count_.y || k >= count_.z) return -1;
+    const std::int32_t brick =
+        brick_[(static_cast<std::size_t>(i) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(j)) *
+                   static_cast<std::size_t>(count_.z) +
+               static_cast<std::size_t>(k)];
+    if (brick < 0) return -1;
+    return std::int64_t{brick} * static_cast<std::int64_t>(kVoxels) + ((x & 7) << 6 | (y & 7) << 3 | (z & 7));
+}
+
+void VoxelTally::add(std::int64_t slot, int field, double amount, Rng& rng) {
+    const double units = amount * units_;
+    const auto whole = static_cast<std::int64_t>(std::floor(units + rng.uniform()));
+    const std::size_t at = static_cast<std::size_t>(field) * per_field_ + static_cast<std::size_t>(slot);
+    if (whole != 0) sums_[at].fetch_add(whole, std::memory_order_relaxed);
+}
+
+void VoxelTally::add_point(Vec3 position_um, int field, double amount, Rng& rng) {
+    const Vec3 p = index_from_world_.point(position_um) + Vec3{0.5, 0.5, 0.5};
+    const std::int64_t at =
+        slot(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)), static_cast<int>(std::floor(p.z)));
+    if (at >= 0) add(at, field, amount, rng);
+}
+
+void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
+                            const std::vector<Share>& shares, Rng& rng) {
+    const Vec3 origin = index_from_world_.point(ray.origin) + Vec3{0.5, 0.5, 0.5};
+    const Vec3 direction = index_from_world_.direction(ray.direction);
+    const std::array<int, 3> first = {first_.x * kBrick, first_.y * kBrick, first_.z * kBrick};
+    const std::array<int, 3> count = {count_.x * kBrick, count_.y * kBrick, count_.z * kBrick};
+    Interval span{0, length_um};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double low = first[a] - origin[axis];
+        const double high = low + count[a];
+        if (direction[axis] == 0) {
+            if (low > 0 || high <= 0) return;
+            continue;
+        }
+        const double t0 = low / direction[axis];
+        const double t1 = high / direction[axis];
+        span = {std::max(span.begin, std::min(t0, t1)), std::min(span.end, std::max(t0, t1))};
+    }
+    if (span.empty()) return;
+    // Amanatides & Woo, Eurographics 1987.
+    std::array<int, 3> cell{};
+    std::array<int, 3> step{};
+    std::array<double, 3> next{};
+    std::array<double, 3> delta{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double d = direction[axis];
+        const int from = static_cast<int>(std::floor(origin[axis] + span.begin * d));
+        cell[a] = std::clamp(from, first[a], first[a] + count[a] - 1);
+        step[a] = d > 0 ? 1 : -1;
+        delta[a] = d == 0 ? kFar : 1 / std::abs(d);
+        next[a] = d == 0 ? kFar : (cell[a] + (d > 0 ? 1 : 0) - origin[axis]) / d;
+    }
+    double t = span.begin;
+    double here = absorption > 0 ? weight * std::exp(-absorption * t) : weight;
+    while (t < span.end) {
+        const std::size_t axis = next[0] < next[1] ? (next[0] < next[2] ? 0U : 2U) : (next[1] < next[2] ? 1U : 2U);
+        const double end = std::min(next[axis], span.end);
+        const double inside = std::max(0.0, end - t);
+        const double lost = absorption > 0 ? -here * std::expm1(-absorption * inside) : 0;
+        const double integral = absorption > 0 ? lost / absorption : here * inside;
+        const std::int64_t at = slot(cell[0], cell[1], cell[2]);
+        if (at >= 0) {
+            for (const Share& share : shares)
+                add(at, share.field, share.factor * integral, rng);
+        }
+        here -= lost;
+        t = std::max(t, end);
+        cell[axis] += step[axis];
+        next[axis] += delta[axis];
+    }
+}
+
+BrickField VoxelTally::field(int field, double factor) const {
+    BrickField result;
+    result.world_from_index = lattice_.world_from_index;
+    result.bricks = lattice_.bricks;
+    result.values.resize(per_field_);
+    const std::size_t first = static_cast<std::size_t>(field) * per_field_;
+    for (std::size_t i = 0; i < per_field_; ++i) {
+        const auto sum = static_cast<double>(sums_[first + i].load(std::memory_order_relaxed));
+        result.values[i] = static_cast<float>(factor * sum / units_);
+    }
+    return result;
+}
+
+}  // namespace fluovox

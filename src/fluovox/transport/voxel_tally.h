@@ -1,0 +1,68 @@
+#pragma once
+
+#include "fluovox/core/bounds.h"
+#include "fluovox/core/rng.h"
+#include "fluovox/core/vec.h"
+#include "fluovox/volume/brick_field.h"
+#include "fluovox/volume/sparse_grid.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace fluovox {
+
+/// Where a VoxelTally counts: voxels of any affine lattice, in bricks of 8^3, of which some may be left out.
+struct VoxelLattice {
+    Affine world_from_index;
+    std::vector<Voxel> bricks;  ///< first voxels
+
+    /// Cubes of `voxel_um` that fill a finite box from its lowest corner.
+    static VoxelLattice filling(const Bounds& box, double voxel_um);
+    /// The voxels of a grid, by bricks that hold any value.
+    static VoxelLattice of(const SparseGrid& grid);
+};
+
+/// Sums over voxels that many threads add to. They are integers (fixed point), so the order of adding does not matter;
+/// rounding is drawn at random, so it does not bias however small a share is.
+class VoxelTally {
+public:
+    /// `photons`: how many will be launched at most; fixes the size of the smallest share.
+    VoxelTally(VoxelLattice lattice, int fields, double photons);
+
+    /// One field that gets `factor` of the integral of the weight along a flight, micrometres.
+    struct Share {
+        int field = 0;
+        double factor = 0;
+    };
+
+    /// A flight of `length_um` (may be infinite) on which the weight falls from `weight` as exp(-absorption t).
+    void add_flight(const Ray& ray, double length_um, double weight, double absorption,
+                    const std::vector<Share>& shares, Rng& rng);
+    /// Something that happened at one place.
+    void add_point(Vec3 position_um, int field, double amount, Rng& rng);
+
+    /// The sums of one field times `factor`.
+    BrickField field(int field, double factor) const;
+    double voxel_volume_um3() const { return volume_; }
+    std::size_t bytes() const;
+    /// What a tally would take.
+    static double bytes(const VoxelLattice& lattice, int fields);
+
+private:
+    std::int64_t slot(int x, int y, int z) const;
+    void add(std::int64_t slot, int field, double amount, Rng& rng);
+
+    VoxelLattice lattice_;
+    Affine index_from_world_;
+    double volume_ = 0, size_ = 0;
+    double units_ = 0;  // of fixed point in one voxel size of path
+    int fields_ = 0;
+    Voxel first_, count_;              // box of bricks
+    std::vector<std::int32_t> brick_;  // in that box; -1: left out
+    std::size_t per_field_ = 0;
+    std::unique_ptr<std::atomic<std::int64_t>[]> sums_;  // NOLINT(*-avoid-c-arrays): atomics cannot be moved
+};
+
+}  // namespace fluovox
