@@ -139,7 +139,7 @@ FluenceResult cascade(double yield, std::optional<int> orders) {
         scene_of({host(SlabRegion{2, 0}, 0.9, 0.02), dye_in(SlabRegion{2, 0}, 0, 1)}, pencil({0, 0, -1}, {0, 0, 1}));
     scene.dyes = {flat_dye(0.08, 400, 700, 500, 600, yield)};
     scene.description.render.fluorescence_orders = orders;
-    return trace(scene, 200000);
+    return trace(scene, 60000);
 }
 
 double z_of_emission(const FluenceResult& result, double expected) {
@@ -154,7 +154,7 @@ TEST(Fluence, CascadeOfFluorescenceIsExtraAlbedo) {
     EXPECT_LT(std::abs(z(all.share.excitation.escaped[4][2], excitation)), 5);
     EXPECT_LT(std::abs(z_of_emission(all, 0.6248877375 - excitation)), 5);
     EXPECT_LT(std::abs(z_of_emission(cascade(0.9, 1), 0.1313406881)), 5);
-    EXPECT_GT(std::abs(z_of_emission(cascade(0.93, std::nullopt), 0.6248877375 - excitation)), 5);
+    EXPECT_GT(std::abs(z_of_emission(cascade(0.95, std::nullopt), 0.6248877375 - excitation)), 5);
 }
 
 // A clear slab of dye: what it absorbs, and what leaves through its front, in closed form (exponential integrals).
