@@ -81,16 +81,21 @@ Illumination::Illumination(const Scene& scene) : scene_(&scene) {
         }
         strength_.push_back(dye.quantum_yield * of_all_.back().total);
     }
-    // Dyes that only the glow of others excites must be chosen too, when cascades are wanted.
+    // Dyes that only the glow of others excites must be chosen too, when cascades are wanted; and those that only the
+    // glow of these excites, and so on.
     if (scene.description.render.fluorescence_orders.value_or(2) < 2) return;
     const std::vector<double> direct = strength_;
-    for (std::size_t i = 0; i < scene.dyes.size(); ++i) {
-        for (std::size_t j = 0; j < scene.dyes.size(); ++j) {
-            const Dye& absorber = scene.dyes[i];
-            const double overlap =
-                integral_of_product(scene.dyes[j].emission_per_nm, absorber.molar_absorption_per_M_cm) /
-                std::max(absorber.molar_absorption_per_M_cm.max(), 1e-300);
-            strength_[i] += 0.1 * absorber.quantum_yield * direct[j] * overlap;
+    for (std::size_t round = 1; round < scene.dyes.size() + 1; ++round) {
+        const std::vector<double> before = strength_;
+        strength_ = direct;
+        for (std::size_t i = 0; i < scene.dyes.size(); ++i) {
+            for (std::size_t j = 0; j < scene.dyes.size(); ++j) {
+                const Dye& absorber = scene.dyes[i];
+                const double overlap =
+                    integral_of_product(scene.dyes[j].emission_per_nm, absorber.molar_absorption_per_M_cm) /
+                    std::max(absorber.molar_absorption_per_M_cm.max(), 1e-300);
+                strength_[i] += 0.1 * absorber.quantum_yield * before[j] * overlap;
+            }
         }
     }
 }
