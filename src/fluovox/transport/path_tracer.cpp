@@ -82,9 +82,11 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
     const bool converts = task.orders > 0 && !scene_->dyes.empty();
     if (converts) {
         here.emission.assign(scene_->dyes.size(), Lanes{});
+        here.brightness.clear();
         for (std::size_t d = 0; d < scene_->dyes.size(); ++d) {
             for (int k = 0; k < count; ++k)
                 here.emission[d][k] = scene_->dyes[d].emission_per_nm(optics.wavelengths.nm[k]);
+            here.brightness.push_back(illumination_->strength(static_cast<int>(d)) * here.emission[d].sum());
         }
     }
 
@@ -102,7 +104,7 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         if (wants_light) add_rectangles(path, task, pdf_per_sr, here, rng, result);
         if (wants_light && path.scatterings > 0) add_scattered_once(path, task, here, rng, result);
         if (converts) {
-            here.sources.build(field_, *illumination_, path.ray, here.spans, optics);
+            here.sources.build(field_, here.brightness, path.ray, here.spans, optics);
             const double weight = mean(path.beta, count) * here.sources.total();
             if (vertex == 0) {
                 convert(path, task, depth, rng, result);
@@ -163,7 +165,7 @@ bool PathTracer::revisit(Drawn& drawn, const PathTask& task, Level& level) {
     drawn.stretch.beta *= drawn.all / drawn.weight;
     field_.gather(drawn.stretch.ray, level.spans);
     find_lit_sections(drawn.stretch.ray, level);
-    level.sources.build(field_, *illumination_, drawn.stretch.ray, level.spans, *task.optics);
+    level.sources.build(field_, level.brightness, drawn.stretch.ray, level.spans, *task.optics);
     return true;
 }
 

@@ -64,7 +64,8 @@ private:
         std::vector<MediumSpan> spans, shadow_spans;
         std::vector<LitSection> lit;
         std::vector<Lanes> by_medium;
-        std::vector<Lanes> emission;  // per dye: photons per nm at the wavelengths
+        std::vector<Lanes> emission;     // per dye: photons per nm at the wavelengths
+        std::vector<double> brightness;  // per dye: excited how strongly, times the sum of its emission
         std::vector<double> uM, weights;
         SourceTable sources;
         PathOptics optics;  // of the wavelength the next level goes on with

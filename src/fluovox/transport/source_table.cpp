@@ -54,22 +54,24 @@ void SourceTable::add(Interval span, double strength, const std::vector<MediumSp
     pieces_.push_back(piece);
 }
 
-void SourceTable::build(const OpticalField& field, const Illumination& illumination, const Ray& ray,
+void SourceTable::build(const OpticalField& field, const std::vector<double>& brightness, const Ray& ray,
                         const std::vector<MediumSpan>& spans, const PathOptics& optics) {
     pieces_.clear();
     total_ = 0;
     const Scene& scene = field.scene();
     for (const MediumSpan& s : spans) {
         const SceneMedium& medium = scene.media[static_cast<std::size_t>(s.medium)];
-        if (medium.dye >= 0) add(s.span, medium.amount * illumination.strength(medium.dye), spans, optics);
+        if (medium.dye < 0) continue;
+        add(s.span, medium.amount * brightness[static_cast<std::size_t>(medium.dye)], spans, optics);
     }
     for (const SceneMedium& medium : scene.media) {
-        if (medium.dye < 0 || !medium.grid || illumination.strength(medium.dye) <= 0) continue;
+        if (medium.dye < 0 || !medium.grid) continue;
+        const double per_uM = medium.amount * brightness[static_cast<std::size_t>(medium.dye)];
+        if (per_uM <= 0) continue;
         MajorantWalk walk(*medium.grid, ray, {0, kFar});
         MajorantWalk::Segment segment;
         while (walk.next(segment)) {
-            add({segment.begin, segment.end}, medium.amount * segment.bound * illumination.strength(medium.dye), spans,
-                optics);
+            add({segment.begin, segment.end}, per_uM * segment.bound, spans, optics);
         }
     }
 }

@@ -2,7 +2,6 @@
 
 #include "fluovox/core/interval.h"
 #include "fluovox/core/vec.h"
-#include "fluovox/transport/illumination.h"
 #include "fluovox/transport/optical_field.h"
 
 #include <vector>
@@ -10,12 +9,12 @@
 namespace fluovox {
 
 /// Where along a ray dyes may glow, as a density to draw points from: the bounds of the dyes' concentrations times how
-/// strongly each is excited, times the transmittance of the constant media back to the ray's origin.
-/// Positive wherever a dye is.
+/// strongly each is excited and glows at the path's wavelengths, times the transmittance of the constant media back to
+/// the ray's origin. Positive wherever there is a dye that glows at one of these wavelengths.
 class SourceTable {
 public:
-    /// Rebuilds the table for a ray; the storage is kept.
-    void build(const OpticalField& field, const Illumination& illumination, const Ray& ray,
+    /// Rebuilds the table for a ray; the storage is kept. `brightness`: of each dye at 1 umol/L, in any unit.
+    void build(const OpticalField& field, const std::vector<double>& brightness, const Ray& ray,
                const std::vector<MediumSpan>& spans, const PathOptics& optics);
 
     /// About how much dye the ray sees; zero: none at all.
