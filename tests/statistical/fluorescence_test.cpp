@@ -232,7 +232,7 @@ TEST(PhotonByPhoton, AChainOfThreeDyesIsFollowedToItsEnd) {
         return ray;
     };
     const auto counts = reference::walk(scene, from_55, {kLaser_nm, 60, 0.06, 3, 3000000, 89, 600, 610});
-    scene.description.render.samples = 6000000;
+    scene.description.render.samples = 200000;
     NoProgress quiet;
     const RenderResult result = render(scene, quiet);
     const int layer = result.film.layer(kFluorescenceLayer);
