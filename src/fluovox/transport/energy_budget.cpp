@@ -13,6 +13,8 @@ void BudgetLayout::complete(double* row) const {
             all += row[escaped(f, e)];
         total += all;
     }
+    for (int f = 0; f <= LightBudget::kFaces; ++f)
+        row[not_specular(f)] = row[escaped(f, 1)] + row[escaped(f, 2)];
     row[kTotal] = total;
 }
 
@@ -24,6 +26,7 @@ LightBudget BudgetLayout::budget(const Estimate* row) const {
     for (std::size_t m = 0; m < media_; ++m)
         budget.absorbed.push_back(row[absorbed(m)]);
     for (int f = 0; f <= LightBudget::kFaces; ++f) {
+        budget.not_specular[static_cast<std::size_t>(f)] = row[not_specular(f)];
         for (int e = 0; e < LightBudget::kEscapes; ++e) {
             const auto face = static_cast<std::size_t>(f);
             const auto escape = static_cast<std::size_t>(e);

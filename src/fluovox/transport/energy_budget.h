@@ -24,6 +24,7 @@ struct LightBudget {
     Estimate launched, cut, total;
     std::vector<Estimate> absorbed;                                            ///< per medium
     std::array<std::array<Estimate, kEscapes>, kFaces + 1> escaped;            ///< per face and Escape
+    std::array<Estimate, kFaces + 1> not_specular;                             ///< ballistic and scattered together
     std::array<std::array<std::vector<Estimate>, kEscapes>, kFaces> by_angle;  ///< even bins of the angle to the normal
     std::vector<Estimate> reemitted, yield_loss, not_followed;                 ///< per dye, of what it absorbed
 };
@@ -44,7 +45,8 @@ public:
     std::size_t escaped(int face, int escape) const {
         return 3 + media_ + static_cast<std::size_t>(face) * 3 + static_cast<std::size_t>(escape);
     }
-    std::size_t reemitted(std::size_t dye) const { return escaped(7, 0) + dye; }
+    std::size_t not_specular(int face) const { return escaped(7, 0) + static_cast<std::size_t>(face); }
+    std::size_t reemitted(std::size_t dye) const { return not_specular(7) + dye; }
     std::size_t yield_loss(std::size_t dye) const { return reemitted(dye) + dyes_; }
     std::size_t not_followed(std::size_t dye) const { return yield_loss(dye) + dyes_; }
     std::size_t angle(int face, int escape, std::size_t bin) const {

@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# Compares fluovox with every published number it knows of: prints one table, writes validation.md with plots
+# (into the folder given with -o, by default build/validation) and exits 1 when they disagree.
+#   ./tools/validate.sh              all cases, some minutes
+#   ./tools/validate.sh cube60       only cases with that word in their name
+set -euo pipefail
+cd "$(dirname "$0")/.."
+./tools/setup.sh fluovox_validate
+case " $* " in *" -o "*) ;; *) set -- -o build/validation "$@" ;; esac
+exec build/release/tests/validation/fluovox_validate "$@"
