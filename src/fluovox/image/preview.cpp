@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 namespace fluovox {
 namespace {
@@ -19,13 +20,22 @@ struct Source {
     int height = 0;
     const FilmSpec& spec;
     std::function<double(int pixel, int channel)> value;
+    std::function<bool(int pixel)> is_known;  ///< its light to better than half of itself
 
     int pixels() const { return width * height; }
 };
 
-/// The 99.5th percentile of the positive values; 0 when there are none.
-double bright_value(std::vector<double> values) {
-    values.erase(std::remove_if(values.begin(), values.end(), [](double v) { return !(v > 0); }), values.end());
+/// The 99.5th percentile of the pixels that have light; 0 when there are none. Pixels that one bright sample made are
+/// left out, unless nearly all are such.
+double bright_value(const std::vector<double>& brightness, const Source& source) {
+    std::vector<double> lit;
+    std::vector<double> values;
+    for (std::size_t i = 0; i < brightness.size(); ++i) {
+        if (!(brightness[i] > 0)) continue;
+        lit.push_back(brightness[i]);
+        if (source.is_known(static_cast<int>(i))) values.push_back(brightness[i]);
+    }
+    if (values.size() < 4 || 100 * values.size() < lit.size()) values = std::move(lit);
     if (values.empty()) return 0;
     const auto rank = static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), values.begin() + rank, values.end());
@@ -83,7 +93,7 @@ Preview spectral_preview(const Source& source) {
     std::vector<double> brightness = image.power;
     for (std::size_t i = 0; i < image.pixels.size() && !grey; ++i)
         brightness[i] = std::max({image.pixels[i].r, image.pixels[i].g, image.pixels[i].b});
-    const double white = bright_value(brightness);
+    const double white = bright_value(brightness, source);
     Preview preview{source.width, source.height, {}, "no light"};
     if (white > 0) preview.exposure = fmt::format("{}, white = {:.4g}", grey ? "grey" : "true colour", white);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -128,7 +138,7 @@ Preview channel_preview(const Source& source) {
         std::vector<double> values;
         for (int pixel = 0; pixel < source.pixels(); ++pixel)
             values.push_back(std::max(0.0, source.value(pixel, static_cast<int>(c))));
-        const double white = bright_value(values);
+        const double white = bright_value(values, source);
         preview.exposure += fmt::format("{}{} = {:.4g}", c > 0 ? ", " : "", source.spec.channels[c].name, white);
         for (std::size_t i = 0; i < values.size() && white > 0; ++i) {
             preview.rgb[3 * i] += static_cast<float>(values[i] / white * colors[c].r);
@@ -147,15 +157,24 @@ Preview preview_of(const Source& source) {
 
 Preview make_preview(const Film& film, const FilmSpec& spec) {
     const int layer = std::max(0, film.layer(kFluorescenceLayer));
+    const auto is_known = [&film, layer](int pixel) {
+        const double mean = film.mean_of_all(layer, pixel);
+        return 4 * film.variance_of_mean_of_all(layer, pixel) < mean * mean;
+    };
     return preview_of({film.width(), film.height(), spec,
-                       [&film, layer](int pixel, int channel) { return film.mean(layer, pixel, channel); }});
+                       [&film, layer](int pixel, int channel) { return film.mean(layer, pixel, channel); }, is_known});
 }
 
 Preview make_preview(const RenderedImage& image) {
     const int layer = image.display_layer();
-    return preview_of({image.width, image.height, image.film, [&image, layer](int pixel, int channel) {
-                           return image.mean(layer, static_cast<std::size_t>(pixel), channel);
-                       }});
+    const auto is_known = [&image, layer](int pixel) {
+        const double mean = image.mean_of_all(layer, static_cast<std::size_t>(pixel));
+        return 4 * image.variance_of_all(layer, static_cast<std::size_t>(pixel)) < mean * mean;
+    };
+    const auto value = [&image, layer](int pixel, int channel) {
+        return image.mean(layer, static_cast<std::size_t>(pixel), channel);
+    };
+    return preview_of({image.width, image.height, image.film, value, is_known});
 }
 
 Picture to_picture(const Preview& preview) {

@@ -100,6 +100,18 @@ TEST(Preview, ANoisySpikeDoesNotDarkenThePicture) {
     EXPECT_GT(*std::max_element(picture.at(0, 0), picture.at(0, 0) + 3), 250);
 }
 
+TEST(Preview, PixelsOfOneBrightSampleDoNotDarkenThePicture) {
+    const FilmSpec spec = testing::spectrometer(400, 700, 3);
+    Film film(32, 32, {"total"}, 3);
+    int sample = 0;
+    testing::fill(film, 16, 1, [&sample](int pixel, int /*channel*/, std::mt19937_64& random) {
+        const bool spike = pixel % 16 == 0 && sample++ % 48 < 3;  // a hundred times as bright as the rest
+        return std::uniform_real_distribution<double>(0.9, 1.1)(random) + (spike ? 1600.0 : 0.0);
+    });
+    const Picture picture = to_picture(make_preview(film, spec));
+    EXPECT_GT(*std::max_element(picture.at(1, 0), picture.at(1, 0) + 3), 240);
+}
+
 TEST(Preview, FilmAndImageLookTheSame) {
     const FilmSpec spec = testing::spectrometer(400, 700, 3);
     const Film film = line(spec, 1);
