@@ -46,6 +46,15 @@ void warn(const RenderedImage& image, const std::string& name) {
     }
 }
 
+void warn(const RenderedImage& a, const std::string& name_a, const RenderedImage& b, const std::string& name_b) {
+    warn(a, name_a);
+    warn(b, name_b);
+    if (a.provenance.seed == b.provenance.seed && a.means != b.means) {
+        std::cerr << "fluovox: note: both images have seed " << a.provenance.seed
+                  << "; shared random numbers make the test less sensitive\n";
+    }
+}
+
 void print_text(const Comparison& result) {
     std::cout << fmt::format("{}: p = {:.3g}", result.same ? "same" : "different", result.p_value);
     if (result.p_value < 1) std::cout << " (" << result.where << ')';
@@ -75,14 +84,7 @@ ExitCode run_diff(const std::vector<std::string>& arguments) {
     const RenderedImage b = with_trouble([&] { return load_exr(names[1]); });
     const Comparison result = with_trouble([&] { return compare(a, b); });
 
-    if (!command.common().quiet) {
-        warn(a, names[0]);
-        warn(b, names[1]);
-        if (a.provenance.seed == b.provenance.seed && a.means != b.means) {
-            std::cerr << "fluovox: note: both images have seed " << a.provenance.seed
-                      << "; shared random numbers make the test less sensitive\n";
-        }
-    }
+    if (!command.common().quiet) warn(a, names[0], b, names[1]);
     if (values.count("output") > 0) {
         save_png(png_path(command, "output"), difference_picture(result, a.width, a.height));
     }

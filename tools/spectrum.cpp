@@ -261,10 +261,7 @@ Plot make_plot(const Findings& f) {
     return plot;
 }
 
-}  // namespace
-
-ExitCode run_spectrum(const std::vector<std::string>& arguments) {
-    CommandLine command(kUsage, kExamples);
+void declare_options(CommandLine& command) {
     auto add = command.options().add_options();
     add("image", po::value<std::string>()->value_name("FILE"), "the image");
     add("region", po::value<std::string>()->value_name("x0,y0,x1,y1"), "pixels from x0,y0 up to but not x1,y1");
@@ -275,32 +272,45 @@ ExitCode run_spectrum(const std::vector<std::string>& arguments) {
     add("output,o", po::value<std::string>()->value_name("CSV"), "write the CSV here instead of to stdout");
     add("plot", po::value<std::string>()->value_name("FILE"), "plot over the dye's emission, .svg or .png");
     command.positional("image", 1);
+}
+
+/// Files first; then the CSV or JSON on stdout, and the distances beside it.
+void deliver(const CommandLine& command, const Findings& findings) {
+    const auto& values = command.values();
+    const bool to_file = values.count("output") > 0;
+    if (to_file) write_text_file(values["output"].as<std::string>(), to_csv(findings));
+    if (values.count("plot") > 0) save_plot(make_plot(findings), values["plot"].as<std::string>());
+    if (command.common().json) {
+        std::cout << to_json_text(findings);
+        return;
+    }
+    if (!to_file) std::cout << to_csv(findings);
+    if (command.common().quiet) return;
+    std::ostream& out = to_file ? std::cout : std::cerr;
+    out << distance_text(findings);
+    for (const char* option : {"output", "plot"}) {
+        if (values.count(option) > 0) out << values[option].as<std::string>() << '\n';
+    }
+}
+
+}  // namespace
+
+ExitCode run_spectrum(const std::vector<std::string>& arguments) {
+    CommandLine command(kUsage, kExamples);
+    declare_options(command);
     if (!command.parse(arguments)) return ExitCode::Ok;
     const auto& values = command.values();
     if (values.count("image") == 0) command.fail("which image?");
     const auto name = values["image"].as<std::string>();
-    if (values.count("plot") > 0 && !is_plot_path(values["plot"].as<std::string>())) {
+    const bool plots = values.count("plot") > 0;
+    if (plots && !is_plot_path(values["plot"].as<std::string>())) {
         command.fail("--plot " + values["plot"].as<std::string>() + " must end in .svg or .png");
     }
-
     const RenderedImage image = load_exr(name);
-    if (values.count("plot") > 0 && !image.film.is_spectral) {
+    if (plots && !image.film.is_spectral) {
         throw InputError(name + ": has detector channels, not a spectrum; there is nothing to plot over wavelength");
     }
-    const Findings findings = find_out(command, image, name);
-    const bool to_file = values.count("output") > 0;
-    if (to_file) write_text_file(values["output"].as<std::string>(), to_csv(findings));
-    if (values.count("plot") > 0) save_plot(make_plot(findings), values["plot"].as<std::string>());
-
-    const bool json = command.common().json;
-    if (json) std::cout << to_json_text(findings);
-    if (!json && !to_file) std::cout << to_csv(findings);
-    if (!json && !command.common().quiet) {
-        (to_file ? std::cout : std::cerr) << distance_text(findings);
-        for (const char* option : {"output", "plot"}) {
-            if (values.count(option) > 0) (to_file ? std::cout : std::cerr) << values[option].as<std::string>() << '\n';
-        }
-    }
+    deliver(command, find_out(command, image, name));
     return ExitCode::Ok;
 }
 

@@ -105,7 +105,9 @@ struct NoiseSum {
 Noise noise_of(const Plane& plane) {
     const int width = plane.image.width;
     const int height = plane.image.height;
-    const auto index = [width](int x, int y) { return static_cast<std::size_t>(y * width + x); };
+    const auto index = [width](int x, int y) {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+    };
     std::vector<NoiseSum> own(plane.image.pixels());
     NoiseSum all;
     for (std::size_t pixel = 0; pixel < own.size(); ++pixel) {
@@ -225,7 +227,8 @@ private:
             const auto y = static_cast<int>(pixel) / a_.width;
             const Evidence e = evidence_of(a, b, pixel);
             whole += e;
-            tiles[static_cast<std::size_t>((y / kTile) * tiles_x_ + x / kTile)] += e;
+            const int tile = (y / kTile) * tiles_x_ + x / kTile;
+            tiles[static_cast<std::size_t>(tile)] += e;
             const double z =
                 signed_z(e, alike ? NoiseLevel{} : NoiseLevel{noise_a.around[pixel], noise_b.around[pixel]});
             float& strongest = result_.strongest[pixel];
@@ -289,7 +292,7 @@ void require_comparable(const RenderedImage& a, const RenderedImage& b) {
         const std::string& name_a = a.film.channels[i].name;
         const std::string& name_b = b.film.channels[i].name;
         if (name_a != name_b) {
-            throw InputError(fmt::format("the images have different channels: \"{}\" and \"{}\"", name_a, name_b));
+            throw InputError(fmt::format(R"(the images have different channels: "{}" and "{}")", name_a, name_b));
         }
     }
 }

@@ -35,9 +35,9 @@ struct FilmAndLayers {
     std::vector<std::string> layers;
 };
 /// Throws std::exception for anything that `film_to_json` would not have written.
-FilmAndLayers film_from_json(const std::string& json);
+FilmAndLayers film_from_json(const std::string& text);
 
 std::string names_to_json(const std::vector<std::string>& names);
-std::vector<std::string> names_from_json(const std::string& json);
+std::vector<std::string> names_from_json(const std::string& text);
 
 }  // namespace fluovox::exr

@@ -61,7 +61,7 @@ void read_header(const Imf::Header& header, RenderedImage& image) {
 
 /// The size in the header of a damaged file may be anything; a file cannot be compressed by more than deflate can.
 void read_size(const Imf::Header& header, const fs::path& path, RenderedImage& image) {
-    const Imath::Box2i window = header.dataWindow();
+    const Imath::Box2i& window = header.dataWindow();
     const auto width = static_cast<double>(window.max.x) - window.min.x + 1;
     const auto height = static_cast<double>(window.max.y) - window.min.y + 1;
     constexpr double kMostCompressed = 1100;

@@ -14,6 +14,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -81,7 +82,7 @@ std::vector<Plane> make_planes(const Film& film, const FilmSpec& spec, double un
                               return stored_variance(film.variance_of_mean_of_all(layer, pixel), unit);
                           }});
     }
-    static constexpr const char* kPreviewNames[] = {"R", "G", "B"};
+    static constexpr std::array kPreviewNames = {"R", "G", "B"};
     const bool taken = std::any_of(planes.begin(), planes.end(), [](const Plane& plane) {
         return plane.name == "R" || plane.name == "G" || plane.name == "B";
     });
@@ -161,7 +162,7 @@ void write_file(const fs::path& temporary, const Imf::Header& header, const std:
     CheckedStream stream(temporary);
     {
         Imf::OutputFile file(stream, header);
-        const Imath::Box2i window = header.dataWindow();
+        const Imath::Box2i& window = header.dataWindow();
         write_pixels(file, window.max.x + 1, window.max.y + 1, planes);
     }  // writes the table of lines, and swallows what goes wrong there
     if (!stream.failure().empty()) throw std::runtime_error(stream.failure());

@@ -24,11 +24,14 @@ struct Encoding {
 };
 
 void append(png_structp png, png_bytep data, std::size_t size) {
+    bool done = false;
     try {
-        static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(data), size);
-    } catch (const std::exception&) {
-        png_error(png, "no memory");
+        auto* const bytes = static_cast<std::string*>(png_get_io_ptr(png));
+        bytes->insert(bytes->end(), data, data + size);
+        done = true;
+    } catch (const std::exception&) {  // must not pass through C
     }
+    if (!done) png_error(png, "no memory");
 }
 
 void flush(png_structp /*png*/) {}
@@ -68,8 +71,9 @@ std::string encode_picture(const BasicPicture<Sample>& picture, const PngRemarks
         throw std::invalid_argument("to_png: the picture has no pixels, or not three samples for each");
     }
     std::vector<const png_byte*> rows;
+    rows.reserve(static_cast<std::size_t>(picture.height));
     for (int y = 0; y < picture.height; ++y)
-        rows.push_back(reinterpret_cast<const png_byte*>(picture.at(0, y)));
+        rows.push_back(reinterpret_cast<const png_byte*>(picture.at(0, y)));  // NOLINT(*-reinterpret-cast): raw bytes
     std::vector<png_text> texts = as_png_text(remarks);
 
     std::string bytes;

@@ -24,11 +24,13 @@ struct BasicPicture {
           rgb(3 * static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)) {}
 
     /// The first of the three samples of a pixel.
-    Sample* at(int x, int y) {
-        return rgb.data() +
-               3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
+    Sample* at(int x, int y) { return rgb.data() + index(x, y); }
+    const Sample* at(int x, int y) const { return rgb.data() + index(x, y); }
+
+private:
+    std::size_t index(int x, int y) const {
+        return 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
     }
-    const Sample* at(int x, int y) const { return const_cast<BasicPicture*>(this)->at(x, y); }
 };
 
 using Picture = BasicPicture<std::uint8_t>;

@@ -136,6 +136,7 @@ Preview channel_preview(const Source& source) {
     preview.rgb.assign(3 * static_cast<std::size_t>(source.pixels()), 0.0F);
     for (std::size_t c = 0; c < colors.size(); ++c) {
         std::vector<double> values;
+        values.reserve(static_cast<std::size_t>(source.pixels()));
         for (int pixel = 0; pixel < source.pixels(); ++pixel)
             values.push_back(std::max(0.0, source.value(pixel, static_cast<int>(c))));
         const double white = bright_value(values, source);

@@ -36,7 +36,7 @@ TEST(Film, MeanAndVarianceEqualTheDirectFormulas) {
     }
     for (int layer = 0; layer < 2; ++layer) {
         for (int channel = 0; channel < 2; ++channel) {
-            const auto& direct = expected[static_cast<std::size_t>(2 * layer + channel)];
+            const auto& direct = expected.at(static_cast<std::size_t>(layer) * 2 + static_cast<std::size_t>(channel));
             EXPECT_NEAR(film.mean(layer, 4, channel), direct.mean, 1e-14);
             const double variance = direct.standard_error() * direct.standard_error();
             EXPECT_NEAR(film.variance_of_mean(layer, 4, channel) / variance, 1, 1e-12);
