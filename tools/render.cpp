@@ -50,13 +50,8 @@ double median_relative_error(const RenderedImage& image) {
     const int layer = image.display_layer();
     std::vector<double> errors;
     for (std::size_t p = 0; p < image.pixels(); ++p) {
-        double mean = 0;
-        double variance = 0;
-        for (int c = 0; c < image.channels(); ++c) {
-            mean += image.mean(layer, p, c);
-            variance += image.variance(layer, p, c);
-        }
-        if (mean > 0) errors.push_back(std::sqrt(variance) / mean);
+        const double mean = image.mean_of_all(layer, p);
+        if (mean > 0) errors.push_back(std::sqrt(image.variance_of_all(layer, p)) / mean);
     }
     if (errors.empty()) return 0;
     const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
