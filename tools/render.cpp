@@ -138,7 +138,7 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
         fmt::print("{}\n{}\n", output.string(), preview.string());
         if (!line.common().quiet) {
             fmt::print(stderr,
-                       "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {:.2g} %\n",
+                       "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {:.3g} %\n",
                        image.width, image.height, provenance.samples, provenance.estimator, seconds, 100 * error);
         }
     }
