@@ -129,14 +129,13 @@ void apply_override(TomlDocument& document, const std::string& option) {
             ++index;
         node.visit([&](auto&& typed) { array->replace(array->cbegin() + static_cast<std::ptrdiff_t>(index), typed); });
     }
-    document.overridden.emplace_back(path, option);
+    document.overridden.emplace(document.overridden.begin(), path, option);
 }
 
 SourceLocation location_of(const TomlDocument& document, const toml::source_region& region, std::string_view path) {
-    for (auto latest = document.overridden.rbegin(); latest != document.overridden.rend(); ++latest) {
-        const std::string_view set = latest->first;
+    for (const auto& [set, option] : document.overridden) {
         const bool under = path.substr(0, set.size()) == set && (path.size() == set.size() || path[set.size()] == '.');
-        if (under) return {"--set " + shown(std::string_view(latest->second)), 0, 0};
+        if (under) return {"--set " + shown(std::string_view(option)), 0, 0};
     }
     return {document.file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
 }

@@ -18,7 +18,7 @@ namespace fluovox {
 struct TomlDocument {
     toml::table root;
     std::string file;
-    std::vector<std::pair<std::string, std::string>> overridden;  ///< key path, and the option as it was typed
+    std::vector<std::pair<std::string, std::string>> overridden;  ///< key path and option as typed, latest first
 };
 
 /// Parses `text`; throws SceneError where it is no TOML.
