@@ -9,6 +9,7 @@
 #include <cairo.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <span>
@@ -208,10 +209,10 @@ void draw_stretch(cairo_t* pen, const Plot& plot, const PlotCurve& curve, const 
 }
 
 void set_line(cairo_t* pen, const PlotCurve& curve) {
-    constexpr double kDashes[] = {7, 4};
+    constexpr std::array<double, 2> kDashes = {7, 4};
     cairo_set_line_width(pen, 2.2);
     cairo_set_line_join(pen, CAIRO_LINE_JOIN_ROUND);
-    cairo_set_dash(pen, kDashes, curve.dashed ? 2 : 0, 0);
+    cairo_set_dash(pen, kDashes.data(), curve.dashed ? 2 : 0, 0);
 }
 
 void draw_curves(cairo_t* pen, const Plot& plot, const Frame2d& frame) {
@@ -264,14 +265,15 @@ void draw_legend(cairo_t* pen, const Plot& plot, const Frame2d& frame) {
     constexpr double kSample = 28;
     set_font(pen, 13);
     double x = frame.right;
-    for (auto curve = plot.curves.rbegin(); curve != plot.curves.rend(); ++curve) {
-        if (curve->label.empty()) continue;
-        x -= text_width(pen, curve->label);
+    for (std::size_t i = plot.curves.size(); i-- > 0;) {
+        const PlotCurve& curve = plot.curves[i];
+        if (curve.label.empty()) continue;
+        x -= text_width(pen, curve.label);
         set_color(pen, kInk);
-        draw_text(pen, curve->label, x, 28, 0);
+        draw_text(pen, curve.label, x, 28, 0);
         x -= kSample + 7;
-        set_line(pen, *curve);
-        set_color(pen, curve->color);
+        set_line(pen, curve);
+        set_color(pen, curve.color);
         draw_line(pen, x, 23.5, x + kSample, 23.5);
         x -= 22;
     }
@@ -295,7 +297,7 @@ void draw(const Plot& plot, cairo_surface_t* surface, double scale) {
 }
 
 cairo_status_t append(void* text, const unsigned char* bytes, unsigned int count) {
-    static_cast<std::string*>(text)->append(reinterpret_cast<const char*>(bytes), count);
+    static_cast<std::string*>(text)->append(static_cast<const char*>(static_cast<const void*>(bytes)), count);
     return CAIRO_STATUS_SUCCESS;
 }
 

@@ -64,7 +64,7 @@ public:
         const std::string value = text_or("emission_is", "photons");
         if (value == "energy") return true;
         if (value == "photons") return false;
-        fail("emission_is", fmt::format("is \"{}\", but must be \"photons\" or \"energy\"", value));
+        fail("emission_is", fmt::format(R"(is "{}", but must be "photons" or "energy")", value));
     }
     SourceLocation place(std::string_view key) const {
         const toml::node* node = table_.get(key);

@@ -49,7 +49,7 @@ std::string find_optional(const std::string& plain) {
     std::string_view ids = embedded_text("medium/data/optional_dyes.txt");
     while (!ids.empty()) {
         const std::size_t end = std::min(ids.find('\n'), ids.size());
-        const std::string id(ids.substr(0, end));
+        std::string id(ids.substr(0, end));
         if (plain == plain_name(id)) return id;
         ids.remove_prefix(std::min(end + 1, ids.size()));
     }
@@ -105,7 +105,7 @@ std::string unknown_dye_message(std::string_view name) {
     }
     const std::vector<std::string> closest = closest_dyes(name);
     const std::string hint = closest.empty() ? "" : "; did you mean " + quoted_alternatives(closest) + '?';
-    return fmt::format("unknown dye \"{}\"{} (\"fluovox dyes\" lists them; the path of a dye file works too)", name,
+    return fmt::format(R"(unknown dye "{}"{} ("fluovox dyes" lists them; the path of a dye file works too))", name,
                        hint);
 }
 
