@@ -40,4 +40,65 @@ Ray CameraRays::sample(int x, int y, Rng& rng) const {
     return {sharp - (camera_.focus_um / forward) * direction, direction};
 }
 
+// The pixel of a point on the focal plane; false beside the film.
+bool CameraRays::find_pixel(Vec3 sharp, CameraConnection& connection) const {
+    const Vec3 from_axis = sharp - camera_.position;
+    const double x = std::floor(dot(from_axis, right_) / pixel_um_ + 0.5 * camera_.width);
+    const double y = std::floor(0.5 * camera_.height - dot(from_axis, up_) / pixel_um_);
+    if (!(x >= 0 && x < camera_.width && y >= 0 && y < camera_.height)) return false;
+    connection.x = static_cast<int>(x);
+    connection.y = static_cast<int>(y);
+    return true;
+}
+
+std::optional<CameraConnection> CameraRays::connect(Vec3 point_um, Rng& rng) const {
+    const double na = camera_.numerical_aperture;
+    double a = 0;
+    double b = 0;
+    if (na > 0) {
+        const double radius = std::sqrt(rng.uniform());
+        const double azimuth = 2 * std::numbers::pi * rng.uniform();
+        a = radius * std::cos(azimuth);
+        b = radius * std::sin(azimuth);
+    }
+    const double depth = dot(point_um - camera_.position, axis_);
+    if (depth <= 0) return std::nullopt;
+    CameraConnection result;
+    const double pixel_area = pixel_um_ * pixel_um_;
+    if (camera_.kind == Camera::Kind::Perspective) {
+        const double lens_radius = camera_.focus_um * na / std::sqrt(1 - na * na);
+        const Vec3 lens = camera_.position + (a * lens_radius) * right_ + (b * lens_radius) * up_;
+        const Vec3 away = point_um - lens;
+        result.distance_um = length(away);
+        result.to_camera = (-1 / result.distance_um) * away;
+        const double cosine = depth / result.distance_um;
+        if (!find_pixel(lens + (camera_.focus_um / depth) * away, result)) return std::nullopt;
+        // A solid angle dw seen from the lens covers focus^2 / cosine^3 dw of the focal plane.
+        result.factor = camera_.focus_um * camera_.focus_um /
+                        (cosine * cosine * cosine * pixel_area * result.distance_um * result.distance_um);
+        return result;
+    }
+    const double cosine = std::sqrt(1 - na * na * (a * a + b * b));
+    const Vec3 direction = (a * na) * right_ + (b * na) * up_ + cosine * axis_;
+    result.to_camera = -direction;
+    result.distance_um = depth / cosine;
+    if (!find_pixel(point_um + ((camera_.focus_um - depth) / cosine) * direction, result)) return std::nullopt;
+    result.factor = 1 / (cosine * pixel_area);
+    return result;
+}
+
+std::optional<CameraConnection> CameraRays::catch_ray(const Ray& ray) const {
+    const double na = camera_.numerical_aperture;
+    const double cosine = -dot(ray.direction, axis_);
+    const double depth = dot(ray.origin - camera_.position, axis_);
+    if (camera_.kind != Camera::Kind::Telecentric || depth <= 0 || cosine <= 0) return std::nullopt;
+    if (1 - cosine * cosine >= na * na) return std::nullopt;
+    CameraConnection result;
+    result.to_camera = ray.direction;
+    result.distance_um = depth / cosine;
+    if (!find_pixel(ray.at((depth - camera_.focus_um) / cosine), result)) return std::nullopt;
+    result.factor = 1 / (pixel_um_ * pixel_um_ * std::numbers::pi * na * na);
+    return result;
+}
+
 }  // namespace fluovox

@@ -14,11 +14,13 @@ struct Photon {
     double weight = 1;
     double start_weight = 1;  ///< when it was launched or re-emitted
     Inside inside = 0;
-    int order = 0;  ///< conversions so far
-    std::int64_t scatterings = 0;
-    bool from_outside = false;  ///< launched where there is no refractive index
-    int refractions = 0;        ///< refracting surfaces met since launched or re-emitted
-    bool reflected = false;     ///< at the first of them
+    int order = 0;                         ///< conversions so far
+    int dye = -1;                          ///< that re-emitted it last
+    std::int64_t scatterings = 0;          ///< since launched or re-emitted
+    std::int64_t earlier_scatterings = 0;  ///< before
+    bool from_outside = false;             ///< launched where there is no refractive index
+    int refractions = 0;                   ///< refracting surfaces met since launched or re-emitted
+    bool reflected = false;                ///< at the first of them
 };
 
 /// How a photon left.
@@ -35,6 +37,7 @@ struct Flight {
     Ray ray;               ///< from its beginning
     double length_um = 0;  ///< may be infinite
     double weight = 0;     ///< at its beginning
+    double lost = 0;       ///< of the weight, along it
 };
 
 /// Limits that keep a run bounded; what they cost is counted as cut.

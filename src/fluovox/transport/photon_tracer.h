@@ -70,6 +70,7 @@ private:
         double absorption = 0;  // along the flight, per um; 0: at its beginning
         int dye = -1;
         Inside inside = 0;
+        std::int64_t scatterings = 0;
     };
 
     // Tentative collisions with the medium of a grid along a ray.
@@ -174,11 +175,14 @@ private:
     }
 
     void absorb_along(Photon& photon, const Zone& zone, double from, double to, Rng& rng, Sink& sink) {
-        const Flight flight{{photon.ray.at(from), photon.ray.direction}, to - from, photon.weight};
+        Flight flight{{photon.ray.at(from), photon.ray.direction}, to - from, photon.weight, 0};
+        if (zone.absorption > 0) {
+            const bool all = flight.length_um == kFar;
+            flight.lost = all ? photon.weight : -photon.weight * std::expm1(-zone.absorption * flight.length_um);
+        }
         sink.flight(photon, flight, zone);
         if (!(zone.absorption > 0)) return;
-        const double lost =
-            flight.length_um == kFar ? photon.weight : -photon.weight * std::expm1(-zone.absorption * flight.length_um);
+        const double lost = flight.lost;
         photon.weight = flight.length_um == kFar ? 0 : photon.weight - lost;
         for (const int medium : zone.media) {
             const double absorption = media_.optics(medium).absorption;
@@ -204,6 +208,7 @@ private:
         conversion_.absorption = absorption;
         conversion_.dye = dye;
         conversion_.inside = photon.inside;
+        conversion_.scatterings = photon.scatterings + photon.earlier_scatterings;
     }
 
     Photon reemitted(int order, Rng& rng) const {
@@ -220,6 +225,8 @@ private:
         photon.weight = photon.start_weight = c.total;
         photon.inside = c.inside;
         photon.order = order;
+        photon.dye = c.dye;
+        photon.earlier_scatterings = c.scatterings;
         return photon;
     }
 
@@ -234,7 +241,7 @@ private:
         const MediumOptics& optics = media_.optics(events.medium);
         const double absorbed = std::min(1.0, optics.absorption * value / rate);
         if (absorbed > 0) {
-            const Flight point{{photon.ray.at(t), photon.ray.direction}, 0, photon.weight};
+            const Flight point{{photon.ray.at(t), photon.ray.direction}, 0, photon.weight, 0};
             const double lost = photon.weight * absorbed;
             photon.weight = absorbed == 1 ? 0 : photon.weight - lost;
             sink.absorbed(photon, events.medium, lost, point.ray.origin);
@@ -261,7 +268,8 @@ private:
 
     void scatter(Photon& photon, int medium, double t, Rng& rng, Sink& sink) {
         photon.ray.origin = photon.ray.at(t);
-        if (limits_.scatterings_are_physical && photon.scatterings >= limits_.scatterings) {
+        if (limits_.scatterings_are_physical &&
+            photon.scatterings + photon.earlier_scatterings >= limits_.scatterings) {
             cut(photon, sink);
             return;
         }
@@ -305,7 +313,7 @@ private:
 
     // Nothing more ahead.
     void leave(Photon& photon, const Zone& zone, double t, Sink& sink) {
-        sink.flight(photon, Flight{{photon.ray.at(t), photon.ray.direction}, kFar, photon.weight}, zone);
+        sink.flight(photon, Flight{{photon.ray.at(t), photon.ray.direction}, kFar, photon.weight, 0}, zone);
         sink.escaped(photon);
         photon.weight = 0;
     }

@@ -2,6 +2,7 @@
 
 #include "fluovox/optics/camera_ray.h"
 #include "fluovox/transport/film_response.h"
+#include "fluovox/transport/light_tracer.h"
 #include "fluovox/transport/path_tracer.h"
 #include "fluovox/transport/samplable.h"
 
@@ -146,6 +147,7 @@ std::string chosen_estimator(const Scene& scene) {
 }
 
 RenderResult render(const Scene& scene, Progress& progress) {
+    if (chosen_estimator(scene) == "light") return render_from_lights(scene, progress);
     require_samplable_by_path(scene);
     const SceneDescription& description = scene.description;
     const Camera& camera = description.camera;
