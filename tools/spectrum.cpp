@@ -224,6 +224,20 @@ PlotCurve emission_curve(const Findings& f, const Reference& reference) {
     return curve;
 }
 
+/// What the image has more or less than the emission, bin by bin, with the image's noise.
+PlotCurve residual_curve(const PlotCurve& response, const Reference& reference, double bin_nm) {
+    PlotCurve residual;
+    residual.label = "image - emission";
+    residual.color = {0.8, 0.1, 0.1};
+    residual.steps = true;
+    residual.x = response.x;
+    residual.error = response.error;
+    const std::vector<double> emission = normalized(reference.on_film, bin_nm);
+    for (std::size_t i = 0; i < emission.size(); ++i)
+        residual.y.push_back(response.y[i] - emission[i]);
+    return residual;
+}
+
 Plot make_plot(const Findings& f) {
     Plot plot;
     plot.title = "Spectral response";
@@ -249,6 +263,9 @@ Plot make_plot(const Findings& f) {
     for (std::size_t i = 0; i < f.film.channels.size(); ++i) {
         response.x.push_back(f.film.channels[i].center_nm);
         response.error.push_back(sum > 0 ? f.response.standard_error[i] / sum : 0);
+    }
+    if (f.references.size() == 1 && sum > 0) {
+        plot.curves.push_back(residual_curve(response, f.references.front(), f.bin_nm));
     }
     plot.curves.push_back(std::move(response));
     double strength = 1;  // dyes of nearly the same colour are told apart by its depth

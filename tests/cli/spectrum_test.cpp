@@ -104,6 +104,12 @@ TEST_F(SpectrumCommand, WritesFilesAndNamesThem) {
     EXPECT_TRUE(found("distance to the emission of EGFP[\\s\\S]*r.csv\nr.svg\n$", result.out)) << result.out;
     EXPECT_EQ(read("r.csv"), run({"spectrum", "a.exr"}).out);
     EXPECT_NE(read("r.svg").find("</svg>"), std::string::npos);
+    const std::string red_of_the_residual = "rgb(80%,10%,10%)";
+    EXPECT_NE(read("r.svg").find(red_of_the_residual), std::string::npos);
+    EXPECT_EQ(run({"spectrum", "a.exr", "--dye", "none", "-o", "r.csv", "--plot", "n.svg"}).exit_code, 0);
+    EXPECT_EQ(read("n.svg").find(red_of_the_residual), std::string::npos);
+    std::filesystem::remove(folder() / "n.svg");
+    EXPECT_EQ(run({"spectrum", "a.exr", "-o", "r.csv"}).exit_code, 0);
     EXPECT_EQ(run({"spectrum", "a.exr", "--plot", "r.png"}).exit_code, 0);
     EXPECT_EQ(read("r.png").substr(1, 3), "PNG");
 
