@@ -25,7 +25,7 @@ struct Source {
     int pixels() const { return width * height; }
 };
 
-/// The 99.5th percentile of the pixels that have light; 0 when there are none. Pixels that one bright sample made are
+/// The 97th percentile of the pixels that have light; 0 when there are none. Pixels that one bright sample made are
 /// left out, unless nearly all are such.
 double bright_value(const std::vector<double>& brightness, const Source& source) {
     std::vector<double> lit;
@@ -37,7 +37,7 @@ double bright_value(const std::vector<double>& brightness, const Source& source)
     }
     if (values.size() < 4 || 100 * values.size() < lit.size()) values = std::move(lit);
     if (values.empty()) return 0;
-    const auto rank = static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
+    const auto rank = static_cast<std::ptrdiff_t>(0.97 * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), values.begin() + rank, values.end());
     return values[static_cast<std::size_t>(rank)];
 }

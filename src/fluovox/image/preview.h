@@ -22,7 +22,7 @@ struct Preview {
 /// Shows the fluorescence where there is a dye, otherwise all light. A spectrometer's image appears in its true colour
 /// (CIE 1931) where the eye sees enough of it, otherwise (near infrared) as grey; detector channels each in the colour
 /// of its wavelength, or in false colours where these are too close, each exposed by itself. Full brightness is
-/// the 99.5th percentile of the pixels that have light, but for those that a single bright sample made.
+/// the 97th percentile of the pixels that have light, but for those that a single bright sample made.
 Preview make_preview(const Film& film, const FilmSpec& spec);
 Preview make_preview(const RenderedImage& image);
 

@@ -45,7 +45,7 @@ TEST(Preview, BrightPartsAreNearOneWhateverTheUnit) {
     for (const FilmUnit unit : {FilmUnit::Watts, FilmUnit::Photons}) {
         spec.unit = unit;
         const auto most = brightest(make_preview(line(spec, 12), spec));
-        EXPECT_NEAR(most[1], 1, 0.02);
+        EXPECT_NEAR(most[1], 1, 0.05);
     }
 }
 
@@ -53,7 +53,7 @@ TEST(Preview, NearInfraredIsGreyNotBlack) {
     const FilmSpec spec = testing::spectrometer(760, 860, 10);
     const Preview preview = make_preview(line(spec, 8), spec);
     const auto most = brightest(preview);
-    EXPECT_NEAR(most[0], 1, 0.02);
+    EXPECT_NEAR(most[0], 1, 0.05);
     EXPECT_EQ(most[0], most[1]);
     EXPECT_EQ(most[0], most[2]);
     EXPECT_EQ(preview.exposure.substr(0, 4), "grey");
