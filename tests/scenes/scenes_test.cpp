@@ -1,12 +1,17 @@
+#include "fluovox/core/text.h"
 #include "fluovox/image/compare.h"
 #include "fluovox/image/exr.h"
 #include "fluovox/image/png.h"
 #include "fluovox/image/preview.h"
+#include "fluovox/image/response.h"
+#include "fluovox/medium/dye_library.h"
 
 #include "cli/run_program.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -75,6 +80,45 @@ TEST_P(SceneTest, LooksLikeItsReference) {
                                 << found.where << "; means " << found.mean_a << " and " << found.mean_b;
         keep_evidence(image, found);
     }
+}
+
+TEST_F(ProgramTest, TheSceneThatTheReadmeExplainsIsAccepted) {
+    const std::string readme = load_text(FLUOVOX_SOURCE_DIR "/README.md");
+    const std::string opening = "```toml\n";
+    const std::size_t begin = readme.find(opening) + opening.size();
+    write("scene.toml", readme.substr(begin, readme.find("```", begin) - begin));
+    fs::copy_file(FLUOVOX_SOURCE_DIR "/volumes/neuron/neuron.vdb", folder() / "neuron.vdb");
+    const ProgramResult result = run({"check", "scene.toml"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+    EXPECT_TRUE(found("sheet at \\(-300, 38, 0\\) um", result.out)) << result.out;
+}
+
+// Thin beads in an even sheet of light: what the camera sees can be worked out by hand (volumes/beads/README.md).
+TEST_F(ProgramTest, BeadsShineAsBrightAsTheirAmountOfDyeSays) {
+    const std::string scene = FLUOVOX_SOURCE_DIR "/volumes/beads/scene.toml";
+    const ProgramResult result = run({"render", scene, "-o", "beads.exr"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const RenderedImage image = load_exr(folder() / "beads.exr");
+    const SpectralResponse response =
+        mean_response(image, image.layer("fluorescence"), {0, 0, image.width, image.height});
+    double radiance = 0;  // photons s^-1 m^-2 sr^-1
+    double variance = 0;
+    for (std::size_t bin = 0; bin < response.mean.size(); ++bin) {
+        radiance += 10 * response.mean[bin];
+        variance += 100 * response.standard_error[bin] * response.standard_error[bin];
+    }
+    const Dye egfp = find_dye("EGFP")->dye;
+    constexpr double kPhoton_J = 6.62607015e-34 * 2.99792458e8 / 488e-9;
+    const double photons_per_s_m2 = 1e-3 / (200e-6 * 200e-6) / kPhoton_J;
+    const double absorption_per_m = 1e6 * 50 * absorption_per_um_per_uM(egfp, 488);
+    const double volume_m3 = 27 * std::numbers::pi / 6 * 1e-15;
+    const double per_sr = photons_per_s_m2 * absorption_per_m * volume_m3 * egfp.quantum_yield / (4 * std::numbers::pi);
+    // On its way the light passes 3.75 um of its own bead and 7.5 um of the one before it, on average.
+    const double inner_filter = 1 - absorption_per_m * 11.25e-6;
+    const double expected = inner_filter * per_sr / (160e-6 * 160e-6);
+    EXPECT_NEAR(radiance / expected, 1, 0.01);
+    EXPECT_LT(std::sqrt(variance) / radiance, 0.002) << "too noisy to tell";
 }
 
 std::string test_name(const ::testing::TestParamInfo<std::string>& scene) {
