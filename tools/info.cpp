@@ -1,10 +1,16 @@
+#include "fluovox/image/png.h"
 #include "fluovox/volume/grid_info.h"
+#include "fluovox/volume/projection.h"
 
 #include "commands.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 
 namespace fluovox::tools {
@@ -66,19 +72,53 @@ void print_grid(const GridInfo& grid) {
     if (!grid.metadata.source.empty()) fmt::print("  source        {}\n", grid.metadata.source);
 }
 
+/// All grids in one picture, each in its colour, brightness by the square root of its concentration.
+Picture preview(const std::vector<Projection>& grids) {
+    static constexpr std::array<std::array<double, 3>, 6> kColours = {
+        {{0.25, 1, 0.35}, {1, 0.25, 0.9}, {0.25, 0.6, 1}, {1, 0.75, 0.2}, {0.2, 1, 1}, {1, 0.3, 0.25}}};
+    Picture picture(grids.front().width, grids.front().height);
+    for (int y = 0; y < picture.height; ++y) {
+        for (int x = 0; x < picture.width; ++x) {
+            std::array<double, 3> light{};
+            for (std::size_t g = 0; g < grids.size(); ++g) {
+                const auto at =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(x);
+                const auto share = static_cast<double>(grids[g].values[at] / grids[g].largest);
+                for (std::size_t c = 0; c < 3; ++c)
+                    light[c] += std::sqrt(std::max(0.0, share)) * kColours[g % kColours.size()][c];
+            }
+            for (std::size_t c = 0; c < 3; ++c)
+                picture.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, light[c])));
+        }
+    }
+    return picture;
+}
+
+void save_preview(const std::string& file, const std::string& output) {
+    constexpr int kMostPixels = 1024;
+    const auto grids = project_grids(file, kMostPixels);
+    if (grids.empty()) throw InputError(file + ": has no grid with anything to show");
+    save_png(output, preview(grids));
+}
+
 }  // namespace
 
 ExitCode run_info(const std::vector<std::string>& arguments) {
-    CommandLine line("fluovox info FILE.vdb [--json]",
+    CommandLine line("fluovox info FILE.vdb [--json] [--preview OUT.png]",
                      "  fluovox info neuron.vdb\n"
-                     "  fluovox info neuron.vdb --json\n");
+                     "  fluovox info neuron.vdb --json\n"
+                     "  fluovox info neuron.vdb --preview neuron.png\n");
     std::string file;
-    line.options().add_options()("file", po::value(&file)->value_name("FILE.vdb"), "the grid file");
+    std::string picture;
+    auto add = line.options().add_options();
+    add("file", po::value(&file)->value_name("FILE.vdb"), "the grid file");
+    add("preview", po::value(&picture)->value_name("OUT.png"), "write a picture: the maximum along the shortest axis");
     line.positional("file", 1);
     if (!line.parse(arguments)) return ExitCode::Ok;
     if (file.empty()) line.fail("which file?");
 
     const auto grids = inspect_grids(file);
+    if (!picture.empty()) save_preview(file, picture);
     if (line.common().json) {
         Json json = {{"file", file}, {"grids", Json::array()}};
         for (const GridInfo& grid : grids)

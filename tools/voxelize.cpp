@@ -79,8 +79,10 @@ Json group_json(const GroupReport& group) {
                  {"winding_share", share},
                  {"seconds", group.seconds},
                  {"meshes", Json::array()}};
-    for (const PartReport& part : group.parts)
+    for (const PartReport& part : group.parts) {
         json["meshes"].push_back(part.morphology ? part_json(part, *part.morphology) : part_json(part));
+        if (part.label != 0) json["meshes"].back()["label"] = part.label;
+    }
     return json;
 }
 
@@ -103,7 +105,8 @@ void print_summary(const SpecimenResult& result, const std::string& output) {
         seconds += group.seconds;
     for (const DyeGrid& grid : result.grids) {
         const GridInfo info = inspect_dye_grid(grid);
-        text += fmt::format(" {} {} voxels, {:.6g} mol;", info.entry.name, info.active_voxels, info.total_mol);
+        text += fmt::format(" {} {} voxels", info.entry.name, info.active_voxels);
+        text += info.entry.readable ? fmt::format(", {:.6g} mol;", info.total_mol) : std::string(";");
     }
     fmt::print("{}:{} voxels of {:g} um, {:.2f} s, {} MB\n", output, text, result.voxel_size_um, seconds,
                peak_bytes() / 1000000);

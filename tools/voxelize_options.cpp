@@ -2,6 +2,7 @@
 
 #include "fluovox/core/quantity.h"
 #include "fluovox/medium/dye_library.h"
+#include "fluovox/voxelize/circuit.h"
 #include "fluovox/voxelize/mesh_file.h"
 #include "fluovox/voxelize/morphology.h"
 
@@ -190,6 +191,7 @@ void parse_settings(const CommandLine& line, SpecimenSettings& settings) {
     }
     settings.voxels.max_bytes = values["max-bytes"].as<double>();
     settings.half = values["half"].as<bool>();
+    settings.labels = values["labels"].as<bool>();
     settings.strict = values["strict"].as<bool>();
 }
 
@@ -201,6 +203,7 @@ CommandLine voxelize_command_line() {
                      "  fluovox voxelize cell.ply -o cell.vdb --dye EGFP=5uM --voxel-size 50nm --mesh-unit nm\n"
                      "  fluovox voxelize cell.swc -o cell.vdb --dye EGFP=5uM --voxel-size 0.2um\n"
                      "  fluovox voxelize --from-levelset sdf.vdb -o cell.vdb --dye EGFP=5uM\n"
+                     "  fluovox voxelize --circuit cells.csv -o circuit.vdb --voxel-size 0.2um --labels\n"
                      "  fluovox voxelize axon.ply dendrite.ply --dye EGFP=5uM nucleus.stl --dye DAPI=1uM \\\n"
                      "      -o cell.vdb --resolution 512\n");
     auto add = line.options().add_options();
@@ -221,6 +224,9 @@ CommandLine voxelize_command_line() {
         "X0,Y0,Z0,X1,Y1,Z1: only this part, and what --resolution means");
     add("clip", po::value<std::string>()->value_name("BOX"), "X0,Y0,Z0,X1,Y1,Z1: only this part");
     add("padding", po::value<std::string>()->value_name("LENGTH"), "makes the box larger on every side");
+    add("circuit", po::value<std::string>()->value_name("CELLS.csv"),
+        "many cells: file, x, y, z (um), rx, ry, rz (degrees), scale, dye, concentration, label");
+    add("labels", po::bool_switch(), "add an integer grid of labels: which mesh owns each voxel");
     add("shell", po::value<std::string>()->value_name("LENGTH"),
         "fill a layer this thick along the surface instead of the inside (membrane dyes)");
     add("from-levelset", po::value<std::string>()->value_name("FILE.vdb"),
@@ -237,6 +243,43 @@ CommandLine voxelize_command_line() {
 }
 
 namespace {
+
+/// Each cell is a group of its own, so that only one is in memory at a time.
+void parse_circuit(const CommandLine& line, VoxelizeRequest& request) {
+    const auto& values = line.values();
+    std::string otherwise;
+    if (values.count("dye") != 0) otherwise = values["dye"].as<std::vector<std::string>>().back();
+    std::vector<std::string> remarks;
+    const auto circuit = values["circuit"].as<std::string>();
+    for (const CircuitCell& cell : load_circuit(circuit, request.um_per_unit)) {
+        const std::string place = circuit + ':' + std::to_string(cell.line);
+        const bool own = !cell.dye.empty();
+        if (!own && otherwise.empty()) throw InputError(place + ": has no dye, and no --dye is given for all");
+        DyeChoice dye;
+        try {
+            dye = parse_dye(line, own ? cell.dye + '=' + cell.concentration : otherwise, remarks);
+        } catch (const UsageError& e) {
+            if (!own) throw;
+            throw InputError(place + ": " + std::string(e.what()).substr(0, std::string(e.what()).find('\n')));
+        }
+        request.groups.push_back({dye.name, dye.concentration_uM, {cell.part}});
+    }
+    for (const std::string& remark : remarks) {
+        if (std::find(request.remarks.begin(), request.remarks.end(), remark) == request.remarks.end()) {
+            request.remarks.push_back(remark);
+        }
+    }
+}
+
+/// For labels each mesh must be told from the others.
+std::vector<SpecimenGroup> one_part_each(const std::vector<SpecimenGroup>& groups) {
+    std::vector<SpecimenGroup> single;
+    for (const SpecimenGroup& group : groups) {
+        for (const SpecimenPart& part : group.parts)
+            single.push_back({group.dye, group.concentration_uM, {part}});
+    }
+    return single;
+}
 
 void parse_levelset(const CommandLine& line, VoxelizeRequest& request) {
     const auto& values = line.values();
@@ -255,9 +298,12 @@ bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments
     if (!line.parse(arguments)) return false;
     const auto& values = line.values();
     const bool levelset = values.count("from-levelset") != 0;
-    if (values.count("mesh") == 0 && !levelset) line.fail("which mesh?");
+    const bool circuit = values.count("circuit") != 0;
+    if (values.count("mesh") == 0 && !levelset && !circuit) line.fail("which mesh?");
+    if (values.count("mesh") != 0 && circuit) line.fail("--circuit names all meshes itself");
     if (values.count("output") == 0) line.fail("where to? add -o OUT.vdb");
-    if (values.count("dye") == 0) line.fail("which dye? add --dye NAME=CONCENTRATION, for example --dye EGFP=5uM");
+    if (values.count("dye") == 0 && !circuit)
+        line.fail("which dye? add --dye NAME=CONCENTRATION, for example --dye EGFP=5uM");
     request.output = values["output"].as<std::string>();
     if (values.count("report") != 0) request.report = values["report"].as<std::string>();
     if (values.count("mesh-unit") != 0) request.um_per_unit = mesh_unit(line, values["mesh-unit"].as<std::string>());
@@ -266,8 +312,16 @@ bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments
         return true;
     }
     parse_settings(line, request.settings);
+    if (circuit) {
+        parse_circuit(line, request);
+        return true;
+    }
     const bool single = values["dye"].as<std::vector<std::string>>().size() == 1;
     request.groups = parse_groups(line, request.um_per_unit, single, request.remarks);
+    // Summed where they overlap, or labelled: every mesh by itself, not as part of a union.
+    if (request.settings.labels || request.settings.overlap != OverlapRule::Max) {
+        request.groups = one_part_each(request.groups);
+    }
     return true;
 }
 

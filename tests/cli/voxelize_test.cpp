@@ -158,5 +158,57 @@ TEST_F(VoxelizeCommand, InfoSaysWhatIsWrongWithAFile) {
     });
 }
 
+TEST_F(VoxelizeCommand, ACircuitPlacesScalesAndLabelsItsCells) {
+    write("cells.csv",
+          "file,x,y,z,rz,scale,dye,concentration,label\nsmall.obj,0,0,0,0,1,EGFP,5uM,7\n# a remark\n"
+          "small.obj,20,0,0,90,2,DAPI,1uM,9\n");
+    const ProgramResult result =
+        run({"voxelize", "--circuit", "cells.csv", "-o", "c.vdb", "--voxel-size", "1um", "--labels"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(found("EGFP 64 voxels, .*; DAPI 512 voxels, .*; labels 576 voxels", result.out)) << result.out;
+    // turned by 90 degrees about z: from x 0..8 to -8..0, then moved by 20
+    EXPECT_TRUE(found("\\[12, 0, 0\\] to \\[20, 8, 8\\] um", run({"info", "c.vdb"}).out)) << run({"info", "c.vdb"}).out;
+    write("bad.csv", "file,x\nsmall.obj,zero\n");
+    write("odd.csv", "file,colour\nsmall.obj,red\n");
+    expect_rows({
+        {"a cell that is no number",
+         {"voxelize", "--circuit", "bad.csv", "-o", "d.vdb", "--voxel-size", "1um", "--dye", "EGFP=1uM"},
+         4,
+         "bad.csv:2: x = \"zero\" is not a number"},
+        {"a column nobody knows",
+         {"voxelize", "--circuit", "odd.csv", "-o", "d.vdb", "--voxel-size", "1um", "--dye", "EGFP=1uM"},
+         4,
+         "odd.csv:1: no column \"colour\""},
+    });
+}
+
+TEST_F(VoxelizeCommand, MorphologiesShellsAndLevelSetsBecomeGrids) {
+    write("cell.swc", "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 -1 2\n");
+    const ProgramResult cell =
+        run({"voxelize", "cell.swc", "-o", "cell.vdb", "--dye", "EGFP=5uM", "--voxel-size", "0.5um"});
+    EXPECT_EQ(cell.exit_code, 0) << cell.err;
+    EXPECT_TRUE(found("warning: cell.swc: 1 radii of zero or less replaced", cell.err)) << cell.err;
+    // 2200 um2 of surface, 10 nm thick, 5 umol/L
+    const ProgramResult shell = run(
+        {"voxelize", "box.obj", "-o", "shell.vdb", "--dye", "EGFP=5uM", "--voxel-size", "0.3um", "--shell", "10nm"});
+    EXPECT_TRUE(found("1\\.1e-19 mol|1\\.09999[0-9]*e-19 mol", shell.out)) << shell.out << shell.err;
+    EXPECT_EQ(run({"voxelize", "--from-levelset", "cell.vdb", "-o", "l.vdb", "--dye", "EGFP=5uM"}).exit_code, 4);
+    if (std::system("command -v vdb_tool > /dev/null") != 0) GTEST_SKIP() << "vdb_tool is not installed";
+    const std::string make = "vdb_tool -quiet -sphere r=2 v=0.1 -write '" + (folder() / "ball.vdb").string() + "'";
+    ASSERT_EQ(std::system(make.c_str()), 0);
+    const ProgramResult ball = run({"voxelize", "--from-levelset", "ball.vdb", "-o", "b.vdb", "--dye", "EGFP=5uM"});
+    EXPECT_TRUE(found("EGFP .* 1\\.67[0-9]*e-19 mol", ball.out)) << ball.out << ball.err;  // 33.5 um3
+}
+
+TEST_F(VoxelizeCommand, InfoDrawsAPreview) {
+    run({"voxelize", "box.obj", "-o", "box.vdb", "--dye", "EGFP=5uM", "--voxel-size", "1um"});
+    EXPECT_EQ(run({"info", "box.vdb", "--preview", "box.png"}).exit_code, 0);
+    const std::string png = read("box.png");
+    ASSERT_GT(png.size(), 24U);
+    // Seen along x, the shortest side: 20 voxels of y to the right, 30 of z upwards.
+    EXPECT_EQ(png[19], 20);
+    EXPECT_EQ(png[23], 30);
+}
+
 }  // namespace
 }  // namespace fluovox::testing

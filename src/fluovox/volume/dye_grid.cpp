@@ -13,7 +13,12 @@ void save_dye_grids(const std::filesystem::path& file, const std::vector<DyeGrid
 
 GridInfo inspect_dye_grid(const DyeGrid& grid) {
     const auto floats = openvdb::gridConstPtrCast<openvdb::FloatGrid>(grid.impl().grid);
-    if (!floats) return {};
+    if (!floats) {
+        GridInfo info;
+        info.entry.name = grid.impl().grid->getName();
+        info.active_voxels = grid.impl().grid->activeVoxelCount();
+        return info;
+    }
     GridInfo info = inspect_grid(*floats);
     info.entry = {floats->getName(), "float", floats->saveFloatAsHalf(), true};
     return info;

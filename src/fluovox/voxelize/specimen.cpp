@@ -5,6 +5,7 @@
 #include "fluovox/volume/vdb_internal.h"
 #include "fluovox/voxelize/capsule_tile.h"
 #include "fluovox/voxelize/input_bytes.h"
+#include "fluovox/voxelize/label_grid.h"
 #include "fluovox/voxelize/mesh_file.h"
 
 #include <fmt/format.h>
@@ -181,7 +182,7 @@ GroupShapes load_group(const SpecimenGroup& group, const SpecimenSettings& setti
     for (const SpecimenPart& part : group.parts) {
         if (progress.stopped()) break;
         LoadedPart loaded = load_part(part);
-        PartReport done{part.name, loaded.sha256, {}, loaded.morphology};
+        PartReport done{part.name, loaded.sha256, part.label, {}, loaded.morphology};
         if (loaded.morphology) {
             shapes.capsules.insert(shapes.capsules.end(), loaded.capsules.begin(), loaded.capsules.end());
         } else {
@@ -265,6 +266,9 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
     SpecimenResult result;
     result.voxel_size_um = choose_voxel_size(groups, settings);
     std::vector<std::pair<std::string, DyeGrid>> by_dye;
+    std::optional<LabelGrid> labels;
+    if (settings.labels) labels.emplace(result.voxel_size_um, settings.overlap);
+    int part_number = 0;
     for (const SpecimenGroup& group : groups) {
         if (progress.stopped()) return result;
         FilledGroup filled = fill_group(group, settings, result.voxel_size_um, progress);
@@ -272,6 +276,13 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
             const std::string text =
                 part.morphology ? damage(part.name, *part.morphology) : damage(part.name, part.mesh);
             if (!text.empty()) result.remarks.push_back(text);
+        }
+        if (labels) {
+            for (PartReport& part : filled.report.parts) {
+                ++part_number;
+                if (part.label == 0) part.label = part_number;
+            }
+            labels->add(floats(filled.grid), static_cast<float>(group.concentration_uM), filled.report.parts[0].label);
         }
         const auto same =
             std::find_if(by_dye.begin(), by_dye.end(), [&](const auto& entry) { return entry.first == group.dye; });
@@ -290,6 +301,7 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
     }
     for (auto& [dye, grid] : by_dye)
         result.grids.push_back(grid);
+    if (labels) result.grids.emplace_back(std::make_shared<DyeGrid::Impl>(DyeGrid::Impl{labels->finish()}));
     return result;
 }
 

@@ -25,6 +25,7 @@ struct SpecimenPart {
     std::string name;        ///< what messages and reports call it
     double um_per_unit = 0;  ///< of the file's coordinates; 0: what the format says, or um
     Placement placement;
+    int label = 0;  ///< in the grid of labels; 0: its number among all parts
 };
 
 /// What is labelled with one dye at one concentration: the union of its parts.
@@ -44,6 +45,7 @@ struct SpecimenSettings {
     OverlapRule overlap = OverlapRule::Max;
     double shell_um = 0;  ///< above 0: a layer this thick along the surface instead of the inside
     bool half = false;    ///< 16 bits a value in the file
+    bool labels = false;  ///< a grid of labels as well; each group should then have one part
     bool strict = false;  ///< damaged meshes are refused
 };
 
@@ -51,6 +53,7 @@ struct SpecimenSettings {
 struct PartReport {
     std::string name;
     std::string sha256;
+    int label = 0;                               ///< in the grid of labels
     MeshReport mesh;                             ///< of a mesh
     std::optional<MorphologyReport> morphology;  ///< of an SWC or ASC file instead
 };
