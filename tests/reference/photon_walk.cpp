@@ -104,6 +104,7 @@ WalkCounts walk(const Scene& scene, const Launch& launch, const WalkSettings& se
         Vec3 direction = start.direction;
         double nm = settings.laser_nm;
         int conversions = 0;
+        int scatterings = 0;
         bool touched = false;
         for (;;) {
             const auto event = next_event(scene, p, direction, nm, settings.ball_um, settings.most_per_um, dice);
@@ -118,6 +119,7 @@ WalkCounts walk(const Scene& scene, const Launch& launch, const WalkSettings& se
             p = event->place;
             touched = true;
             if (event->fate == Fate::Scattered) {
+                if (++scatterings > settings.scatterings) break;
                 direction = scattered(direction, event->medium->anisotropy, dice);
                 continue;
             }

@@ -39,6 +39,7 @@ struct WalkSettings {
     std::int64_t photons = 0;
     std::uint64_t seed = 1;
     double film_from_nm = 0, film_to_nm = 1e9;  ///< glow at other wavelengths is not counted in pixels
+    int scatterings = 1000000;                  ///< photons scattered more often are lost
 };
 
 /// Photons from `launch` through the media of `scene`. A photon that a dye takes is emitted again (the yield

@@ -199,6 +199,37 @@ TEST(PhotonByPhoton, TheCameraSeesWhatPhotonsFollowedOneByOneShow) {
     EXPECT_GT(glow_twins, 4);
 }
 
+// Sum over the picture of the fluorescence with few scatterings, at both wavelengths together.
+TEST(PhotonByPhoton, AgreesOrderByOrderOfScattering) {
+    for (const int scatterings : {0, 1, 2}) {
+        Scene scene = specimen();
+        scene.description.render.max_scatterings = scatterings;
+        scene.description.render.samples = 4000;
+        reference::WalkSettings settings{kLaser_nm, 150, 0.062, 1, 1000000, 90};
+        settings.scatterings = scatterings;
+        const auto counts = reference::walk(scene, launch, settings);
+        NoProgress quiet;
+        const Film film = render(scene, quiet).film;
+        double hits = 0;
+        double seen = 0;
+        double variance = 0;
+        for (int pixel = 0; pixel < 8; ++pixel) {
+            hits += counts.glow_in_pixel[static_cast<std::size_t>(pixel)];
+            for (int c = 0; c < 16; ++c) {
+                seen += 10 * film.mean(film.layer(kFluorescenceLayer), pixel, c);
+                variance += 200 * film.variance_of_mean(film.layer(kFluorescenceLayer), pixel, c);
+            }
+        }
+        const double unit = testing::photons_of(scene.lights[0]) * 1e12;
+        const auto truth = counts.radiance(scene.description.camera, hits);
+        const double error = std::hypot(truth.error, std::sqrt(variance) / unit);
+        std::printf("  up to %d: %+.2f %% +- %.2f %%\n", scatterings, 100 * (seen / unit / truth.value - 1),
+                    100 * error / truth.value);
+        EXPECT_LT(std::abs(seen / unit - truth.value), 5 * error) << scatterings;
+        EXPECT_GT(std::abs(seen / unit - 1.15 * truth.value), 5 * error) << scatterings;
+    }
+}
+
 // The laser excites only the first of three boxes, its glow only the second, and the glow of that only the third, which
 // alone the film sees.
 Scene three_dyes(int orders) {
