@@ -114,6 +114,12 @@ void OpticalField::ratio_track(const SceneMedium& medium, const Ray& ray, double
     MajorantWalk::Segment segment;
     double depth = rng.exponential();
     while (walk.next(segment)) {
+        if (!std::isfinite(segment.end)) {  // background for ever: a wavelength is lost in it, or not touched at all
+            for (int k = 0; k < kMaxLanes; ++k) {
+                if (coefficient[k] > 0) transmittance[k] = 0;
+            }
+            return;
+        }
         const double majorant = most * segment.bound;
         double t = segment.begin;
         while (depth < majorant * (segment.end - t)) {
@@ -164,6 +170,12 @@ void OpticalField::delta_track(int medium, const Ray& ray, const PathOptics& opt
     MajorantWalk::Segment segment;
     double depth = rng.exponential();
     while (walk.next(segment)) {
+        if (!std::isfinite(segment.end) && lanes.scattering[0] <= 0) {  // the hero leaves; others would not
+            for (int k = 0; k < kMaxLanes; ++k) {
+                if (lanes.scattering[k] > 0) likeness[k] = 0;
+            }
+            return;
+        }
         const double majorant = lanes.max_scattering * segment.bound;
         double t = segment.begin;
         while (depth < majorant * (segment.end - t)) {
