@@ -109,6 +109,28 @@ TEST(Furnace, WavelengthsThatShareWithoutTakingTurnsWouldBeWrong) {
     EXPECT_GT(std::abs(z_score(seen.elastic[7], continuous_photons_per_nm(scene.lights[0], nm[7]))), 5);
 }
 
+// A grid whose background is not zero goes on for ever; what it takes from one wavelength it may leave to another.
+TEST(Furnace, ABackgroundWithoutEndTakesOnlyItsOwnColours) {
+    SparseGridBuilder builder(0.5F);
+    builder.add_constant({0, 0, 0}, 8, 2);
+    const SparseGrid grid = std::move(builder).finish({}, 512);
+    const std::vector<double> nm = {450, 500, 600, 650};
+    for (const bool scatters : {false, true}) {
+        Scene scene;
+        scene.lights = {surround_continuum(400, 700)};
+        scene.media = {host(grid, 0, 0)};
+        const Spectrum red({400, 550, 650}, {0, 0, 0.02});
+        scene.media[0].absorption = red;
+        if (scatters) scene.media[0].scattering = red;
+        const auto seen = testing::spectral_radiance(scene, anywhere, nm, {4000, 5, 0});
+        for (std::size_t k = 0; k < nm.size(); ++k) {
+            const double truth = continuous_photons_per_nm(scene.lights[0], nm[k]);
+            EXPECT_LT(std::abs(z_score(seen.elastic[k], k < 2 ? truth : 0)), 5) << nm[k];
+            EXPECT_GT(std::abs(z_score(seen.elastic[k], k < 2 ? 0 : truth)), 5) << nm[k];
+        }
+    }
+}
+
 // Dye whose yield is one, and that absorbs its own light like that of the laser, is one more kind of scattering if all
 // orders of conversion count: all photons together are again what comes from outside.
 TEST(Furnace, ADyeThatLosesNoPhotonIsInvisibleInTheSumOfAllOrders) {
