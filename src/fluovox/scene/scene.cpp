@@ -79,12 +79,19 @@ double volume(const Bounds& bounds) {
     return size.x * size.y * size.z;
 }
 
+// True for boxes of which the second has more room, also where both are infinite.
+bool is_smaller(const Bounds& inner, const Bounds& outer) {
+    if (std::isfinite(volume(inner))) return volume(inner) < volume(outer);
+    const bool same = inner.min == outer.min && inner.max == outer.max;
+    return !same && outer.contains(inner.min) && outer.contains(inner.max);
+}
+
 // Regions that replace this one where they lie: those marked exclusive that are inside it, being smaller.
 std::vector<int> replaced_by(const std::vector<MediumDescription>& media, std::size_t outer) {
     std::vector<int> inner;
     for (std::size_t i = 0; i < media.size(); ++i) {
         if (i == outer || !media[i].exclusive || media[i].grid) continue;
-        if (volume(bounds_of(media[i].region)) < volume(bounds_of(media[outer].region)))
+        if (is_smaller(bounds_of(media[i].region), bounds_of(media[outer].region)))
             inner.push_back(static_cast<int>(i));
     }
     return inner;
