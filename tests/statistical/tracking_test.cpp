@@ -124,6 +124,27 @@ TEST(BeerLambert, AnExclusiveRegionReplacesWhatItCutsOut) {
     EXPECT_GT(twins, 30);
 }
 
+TEST(BeerLambert, AnExclusiveSlabReplacesTheHalfSpaceAndTheEverywhereAroundIt) {
+    const auto described = [](Region region, double absorption, bool exclusive) {
+        MediumDescription medium;
+        medium.region = region;
+        medium.absorption = absorption;
+        medium.exclusive = exclusive;
+        return medium;
+    };
+    SceneDescription description;
+    description.media = {described(Everywhere{}, 1e-4, false), described(SlabRegion{2, 0}, 1e-3, false),
+                         described(SlabRegion{2, 10, 30}, 1e-2, true)};
+    const Scene scene = build_scene(description);
+    OpticalField field(scene);
+    std::vector<MediumSpan> spans;
+    Rng rng(15, 0, 0);
+    const Ray ray{{0, 0, -10}, {0, 0, 1}};
+    field.gather(ray, spans);
+    const Lanes seen = field.transmittance(ray, spans, 100, field.optics(lanes_at({500})), Loss::Extinction, rng);
+    EXPECT_NEAR(-std::log(seen[0]), 80e-4 + 70e-3 + 20e-2, 1e-9);
+}
+
 // Noise, a constant box and a dye, all at once.
 Scene grids_and_a_box() {
     Rng rng(3, 0, 0);
