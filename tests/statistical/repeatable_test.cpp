@@ -1,4 +1,4 @@
-// The same seed gives the same film, to the last bit, whoever does the work.
+// The same seed gives the same film, to the last bit, whoever does the work; and all estimators mean the same film.
 
 #include "path_kit.h"
 
@@ -6,6 +6,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <cmath>
 #include <cstring>
 #include <vector>
 
@@ -102,6 +103,49 @@ TEST(Repeatable, TheSameSeedGivesTheSameBytesForAnyNumberOfThreads) {
     EXPECT_TRUE(same_bytes(one.numbers, film_with(scene, 4).numbers));
     scene.description.render.seed = 2;
     EXPECT_FALSE(same_bytes(one.numbers, film_with(scene, 2).numbers));
+}
+
+// Means over the picture, for each layer and channel, of many seeds.
+std::vector<testing::RunningMean> means(Scene scene, const char* estimator, int samples) {
+    scene.description.render.estimator = estimator;
+    scene.description.render.samples = samples;
+    std::vector<testing::RunningMean> all;
+    NoProgress quiet;
+    for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+        scene.description.render.seed = seed;
+        const Film film = render(scene, quiet).film;
+        const auto layers = static_cast<int>(film.layers().size());
+        all.resize(film.values_per_sample());
+        for (int layer = 0; layer < layers; ++layer) {
+            for (int c = 0; c < film.channels(); ++c) {
+                double sum = 0;
+                for (int pixel = 0; pixel < film.pixels(); ++pixel)
+                    sum += film.mean(layer, pixel, c);
+                all[static_cast<std::size_t>(layer * film.channels() + c)].add(sum);
+            }
+        }
+    }
+    return all;
+}
+
+TEST(Estimators, FromTheCameraAndFromTheLightsAgreeOnEverythingAtOnce) {
+    Scene scene = everything();
+    scene.media.push_back(host(BoxRegion{{-15, -40, -40}, {-5, 40, 40}}, 0.01, 0.02));  // replaces the tissue there
+    scene.media[2].cut_by = {4};
+    const auto path = means(scene, "path", 120);
+    const auto light = means(scene, "light", 400);
+    ASSERT_EQ(path.size(), light.size());
+    int compared = 0;
+    int twins = 0;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        const double error = std::hypot(path[i].standard_error(), light[i].standard_error());
+        // 24 seeds: the spread itself is uncertain, six standard errors of it are the five of a known one.
+        EXPECT_LE(std::abs(path[i].mean - light[i].mean), 6 * error) << "value " << i;
+        compared += path[i].mean > 0;
+        twins += path[i].mean > 0 && std::abs(1.25 * path[i].mean - light[i].mean) > 6 * error;
+    }
+    EXPECT_GE(compared, 30);
+    EXPECT_GT(twins, compared / 2);
 }
 
 }  // namespace
