@@ -63,6 +63,7 @@ const SpecimenInfo& find_specimen(const std::string& name) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const SpecimenInfo& s) { return s.name == name; });
     if (found != all.end()) return *found;
     std::vector<std::string> names;
+    names.reserve(all.size());
     for (const SpecimenInfo& specimen : all)
         names.push_back(specimen.name);
     throw UsageError(
