@@ -186,7 +186,8 @@ GroupShapes load_group(const SpecimenGroup& group, const SpecimenSettings& setti
         if (loaded.morphology) {
             shapes.capsules.insert(shapes.capsules.end(), loaded.capsules.begin(), loaded.capsules.end());
         } else {
-            require_affordable(surface_area(loaded.mesh), mesh_bounds(loaded.mesh), voxels);
+            const double bytes = estimate_grid_bytes(loaded.mesh, voxels.voxel_size_um);
+            require_affordable(bytes, mesh_bounds(loaded.mesh), voxels);
             shapes.solids.push_back(make_solid(loaded.mesh));
             done.mesh = shapes.solids.back().report;
             if (settings.strict) require_sound(part, done.mesh);
@@ -276,6 +277,10 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
             const std::string text =
                 part.morphology ? damage(part.name, *part.morphology) : damage(part.name, part.mesh);
             if (!text.empty()) result.remarks.push_back(text);
+        }
+        if (filled.report.voxels.caps_only) {
+            result.remarks.push_back(group.parts.front().name +
+                                     ": holes too large for the winding number at this voxel size; they were capped");
         }
         if (labels) {
             for (PartReport& part : filled.report.parts) {

@@ -16,7 +16,7 @@ std::int32_t block_of(double coordinate) {
 
 }  // namespace
 
-TileBins::TileBins(std::uint32_t items, const BoxOf& box_of, std::int32_t blocks_z)
+TileBins::TileBins(std::uint32_t items, const BoxOf& box_of, const SpanOf& span_of, std::int32_t blocks_z)
     : blocks_z_(static_cast<std::uint64_t>(blocks_z)) {
     struct Entry {
         std::uint64_t key;
@@ -25,8 +25,23 @@ TileBins::TileBins(std::uint32_t items, const BoxOf& box_of, std::int32_t blocks
     std::vector<Entry> entries;
     for (std::uint32_t i = 0; i < items; ++i) {
         const Bounds box = box_of(i);
-        for (std::int32_t y = block_of(box.min.y); y <= block_of(box.max.y); ++y) {
-            for (std::int32_t z = block_of(box.min.z); z <= block_of(box.max.z); ++z)
+        const std::int32_t z0 = block_of(box.min.z);
+        const std::int32_t z1 = block_of(box.max.z);
+        const std::int32_t y0 = block_of(box.min.y);
+        const std::int32_t y1 = block_of(box.max.y);
+        // A slanted item fills little of its box, so where that is large each row is looked at by itself.
+        const bool large = y1 - y0 > 2 && z1 - z0 > 2;
+        for (std::int32_t y = y0; y <= y1; ++y) {
+            std::int32_t from = z0;
+            std::int32_t to = z1;
+            if (large) {
+                const double low = static_cast<double>(kBlockSide) * y;
+                const auto [begin, end] = span_of(i, low, low + kBlockSide);
+                if (begin > end) continue;
+                from = std::max(z0, block_of(begin));
+                to = std::min(z1, block_of(end));
+            }
+            for (std::int32_t z = from; z <= to; ++z)
                 entries.push_back({static_cast<std::uint64_t>(y) * blocks_z_ + static_cast<std::uint64_t>(z), i});
         }
     }
@@ -82,7 +97,9 @@ void add_open_blocks(const Mesh& caps, VoxelSurface& surface) {
         }
     }
     // From the rims of the caps outwards, as long as the caps fill enough of the view.
+    constexpr std::size_t kMostBlocks = 200'000;  // beyond, the caps must do: this takes time by volume, not by surface
     while (!edge.empty()) {
+        if (found.size() > kMostBlocks) return;
         const BlockPlace at = edge.back();
         edge.pop_back();
         for (std::size_t axis = 0; axis < 3; ++axis) {

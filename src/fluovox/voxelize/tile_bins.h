@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <utility>
 #include <vector>
 
 namespace fluovox {
@@ -16,8 +17,10 @@ class TileBins {
 public:
     /// The box of item `number` in voxels.
     using BoxOf = std::function<Bounds(std::uint32_t number)>;
-    /// `blocks_z`: how many tiles there are along z.
-    TileBins(std::uint32_t items, const BoxOf& box_of, std::int32_t blocks_z);
+    /// Where an item lies along z within `low <= y <= high` (from, to); nowhere when from > to.
+    using SpanOf = std::function<std::pair<double, double>(std::uint32_t number, double low, double high)>;
+    /// `blocks_z`: how many tiles there are along z. `span_of` is asked about items that are long both ways.
+    TileBins(std::uint32_t items, const BoxOf& box_of, const SpanOf& span_of, std::int32_t blocks_z);
 
     /// Notes blocks where the winding number without caps decides.
     void add_open_blocks(const std::vector<BlockPlace>& blocks);
@@ -40,7 +43,7 @@ private:
 };
 
 /// Finds the blocks where `caps` (vertices in voxels) turn the winding number by enough to matter, and notes them in
-/// `surface.open_blocks`.
+/// `surface.open_blocks`; none at all where they would be too many.
 void add_open_blocks(const Mesh& caps, VoxelSurface& surface);
 
 }  // namespace fluovox

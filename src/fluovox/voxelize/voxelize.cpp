@@ -3,6 +3,7 @@
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
 #include "fluovox/voxelize/capsule_tile.h"
+#include "fluovox/voxelize/clip.h"
 #include "fluovox/voxelize/tile_bins.h"
 #include "fluovox/voxelize/voxel_tile.h"
 
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace fluovox {
 namespace {
@@ -118,6 +120,51 @@ Mesh offset_surface(const SolidMesh& solid, double distance) {
     return mesh;
 }
 
+constexpr double kLeafBytes = 2300;
+
+/// Blocks that a piece of surface crosses: about 1.5 for each block's face of area, and all along it when it is thin.
+double blocks_of_surface(double area, double longest, double side) {
+    return 1.5 * area / (side * side) + std::max(0.0, 2 * longest / side - 1);
+}
+
+double blocks_of_box(const Bounds& bounds, double side) {
+    double blocks = 1;
+    for (int axis = 0; axis < 3; ++axis)
+        blocks *= std::floor(bounds.size()[axis] / side) + 2;
+    return blocks;
+}
+
+/// Where a triangle lies along z within `low <= y <= high`; empty (min > max) when it doesn't.
+std::pair<double, double> triangle_span(const Mesh& mesh, std::uint32_t number, double low, double high) {
+    Polygon polygon;
+    for (const std::uint32_t vertex : mesh.triangles[number])
+        polygon.add(mesh.vertices[vertex]);
+    Polygon below;
+    Polygon above;
+    split(polygon, 1, low, below, above);
+    if (above.size == 0) return {1, 0};
+    split(above, 1, high, below, polygon);
+    if (below.size == 0) return {1, 0};
+    return {below.low(2), below.high(2)};
+}
+
+/// The same for a capsule, from above.
+std::pair<double, double> capsule_span(const Capsule& capsule, double low, double high) {
+    const double radius = std::max(capsule.from_radius, capsule.to_radius);
+    const double dy = capsule.to.y - capsule.from.y;
+    double begin = 0;
+    double end = 1;
+    if (dy != 0) {
+        const double a = (low - radius - capsule.from.y) / dy;
+        const double b = (high + radius - capsule.from.y) / dy;
+        begin = std::clamp(std::min(a, b), 0.0, 1.0);
+        end = std::clamp(std::max(a, b), 0.0, 1.0);
+    }
+    const double za = capsule.from.z + begin * (capsule.to.z - capsule.from.z);
+    const double zb = capsule.from.z + end * (capsule.to.z - capsule.from.z);
+    return {std::min(za, zb) - radius, std::max(za, zb) + radius};
+}
+
 class GridFiller {
 public:
     GridFiller(const Lattice& lattice, const VoxelizeSettings& settings)
@@ -181,18 +228,20 @@ private:
 
 }  // namespace
 
-double estimate_grid_bytes(double area_um2, const Bounds& bounds_um, double voxel_size_um) {
-    constexpr double kLeafBytes = 2300;
-    double blocks = 1;
-    for (int axis = 0; axis < 3; ++axis)
-        blocks *= std::floor(bounds_um.size()[axis] / voxel_size_um / kBlockSide) + 2;
-    // A surface of many blocks crosses about 1.5 blocks for each block's face of area, and no more than there are.
-    const double face = kBlockSide * voxel_size_um * kBlockSide * voxel_size_um;
-    return kLeafBytes * std::min(blocks, 1.5 * area_um2 / face + 8);
+double estimate_grid_bytes(const Mesh& mesh, double voxel_size_um) {
+    const double side = kBlockSide * voxel_size_um;
+    double blocks = 8;
+    for (const auto& t : mesh.triangles) {
+        const Vec3& a = mesh.vertices[t[0]];
+        const Vec3& b = mesh.vertices[t[1]];
+        const Vec3& c = mesh.vertices[t[2]];
+        const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+        blocks += blocks_of_surface(length(cross(b - a, c - a)) / 2, longest, side);
+    }
+    return kLeafBytes * std::min(blocks, blocks_of_box(mesh_bounds(mesh), side));
 }
 
-void require_affordable(double area_um2, const Bounds& bounds_um, const VoxelizeSettings& settings) {
-    const double bytes = estimate_grid_bytes(area_um2, bounds_um, settings.voxel_size_um);
+void require_affordable(double bytes, const Bounds& bounds_um, const VoxelizeSettings& settings) {
     if (bytes <= settings.max_bytes) return;
     const Vec3 size = bounds_um.size();
     const double dx = settings.voxel_size_um;
@@ -250,18 +299,20 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
 VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSettings& settings, Progress& progress) {
     initialize_openvdb();
     Bounds bounds;
-    double area = 0;
+    double bytes = 0;
     for (const SolidMesh& solid : solids) {
         bounds.add(mesh_bounds(solid.mesh));
-        area += solid.report.area_um2;
+        bytes += estimate_grid_bytes(solid.mesh, settings.voxel_size_um);
     }
     if (bounds.empty()) throw InputError("there are no triangles to voxelize");
-    require_affordable(area, bounds, settings);
+    require_affordable(bytes, bounds, settings);
     const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
     const VoxelSurface surface = to_voxels(solids, lattice, settings.inside);
     TileBins bins(
         static_cast<std::uint32_t>(surface.mesh.triangles.size()),
-        [&](std::uint32_t number) { return triangle_box(surface.mesh, number); }, lattice.blocks[2]);
+        [&](std::uint32_t number) { return triangle_box(surface.mesh, number); },
+        [&](std::uint32_t number, double low, double high) { return triangle_span(surface.mesh, number, low, high); },
+        lattice.blocks[2]);
     bins.add_open_blocks(surface.open_blocks);
     return fill_grid(lattice, settings, bins, progress, [&](const TileTask& task) { return fill_tile(surface, task); });
 }
@@ -272,15 +323,13 @@ VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickn
     // Sheets half a voxel apart at most, along the normals.
     const int sheets = std::max(1, static_cast<int>(std::ceil(2 * thickness_um / settings.voxel_size_um)));
     Mesh layers;
-    double area = 0;
     for (const SolidMesh& solid : solids) {
-        area += solid.report.area_um2;
         for (int i = 0; i < sheets; ++i)
             append(layers, offset_surface(solid, thickness_um * ((i + 0.5) / sheets - 0.5)));
     }
     const Bounds bounds = mesh_bounds(layers);
     if (bounds.empty()) throw InputError("there are no triangles to voxelize");
-    require_affordable(area * (1 + thickness_um / settings.voxel_size_um / kBlockSide), bounds, settings);
+    require_affordable(estimate_grid_bytes(layers, settings.voxel_size_um), bounds, settings);
     const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
     VoxelSurface surface;
     surface.mesh = std::move(layers);
@@ -290,7 +339,9 @@ VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickn
     }
     const TileBins bins(
         static_cast<std::uint32_t>(surface.mesh.triangles.size()),
-        [&](std::uint32_t number) { return triangle_box(surface.mesh, number); }, lattice.blocks[2]);
+        [&](std::uint32_t number) { return triangle_box(surface.mesh, number); },
+        [&](std::uint32_t number, double low, double high) { return triangle_span(surface.mesh, number, low, high); },
+        lattice.blocks[2]);
     const double thickness = thickness_um / settings.voxel_size_um / sheets;
     return fill_grid(lattice, settings, bins, progress,
                      [&](const TileTask& task) { return fill_layer_tile(surface, task, thickness); });
@@ -300,13 +351,16 @@ VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const Voxe
                                 Progress& progress) {
     initialize_openvdb();
     Bounds bounds;
-    double area = 0;
+    const double side = kBlockSide * settings.voxel_size_um;
+    double blocks = 8;
     for (const Capsule& capsule : capsules) {
-        bounds.add(capsule_bounds(capsule));
-        area += capsule_area(capsule);
+        const Bounds box = capsule_bounds(capsule);
+        bounds.add(box);
+        blocks += std::min(blocks_of_box(box, side),
+                           blocks_of_surface(capsule_area(capsule), length(capsule.to - capsule.from), side));
     }
     if (bounds.empty()) throw InputError("there are no segments to voxelize");
-    require_affordable(area, bounds, settings);
+    require_affordable(kLeafBytes * blocks, bounds, settings);
     const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
     std::vector<Capsule> placed = capsules;
     for (Capsule& capsule : placed) {
@@ -320,6 +374,7 @@ VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const Voxe
     }
     const TileBins bins(
         static_cast<std::uint32_t>(placed.size()), [&](std::uint32_t number) { return capsule_bounds(placed[number]); },
+        [&](std::uint32_t number, double low, double high) { return capsule_span(placed[number], low, high); },
         lattice.blocks[2]);
     return fill_grid(lattice, settings, bins, progress,
                      [&](const TileTask& task) { return fill_capsule_tile(placed, task); });

@@ -32,6 +32,7 @@ struct VoxelizeReport {
     double winding_um3 = 0;    ///< integral of the winding number: overlapping parts count twice
     std::uint64_t voxels = 0;  ///< with anything inside
     std::uint64_t decided_by_winding = 0;
+    bool caps_only = false;  ///< holes too large for the winding number at this voxel size: they were capped
 };
 
 struct VoxelizedGrid {
@@ -56,10 +57,10 @@ VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const Voxe
 VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickness_um,
                              const VoxelizeSettings& settings, Progress& progress);
 
-/// An estimate from above of the memory of such a grid, in bytes: by surface, not by box.
-double estimate_grid_bytes(double area_um2, const Bounds& bounds_um, double voxel_size_um);
+/// An estimate from above of the memory that a solid's grid takes, in bytes: by surface, not by box.
+double estimate_grid_bytes(const Mesh& mesh, double voxel_size_um);
 
-/// Throws InputError with the box, the number of voxels and what to do when the estimate is over `max_bytes`.
-void require_affordable(double area_um2, const Bounds& bounds_um, const VoxelizeSettings& settings);
+/// Throws InputError with the box, the number of voxels and what to do when `bytes` is over `settings.max_bytes`.
+void require_affordable(double bytes, const Bounds& bounds_um, const VoxelizeSettings& settings);
 
 }  // namespace fluovox
