@@ -2,6 +2,7 @@
 
 #include "fluovox/core/version.h"
 #include "fluovox/spectral/photons.h"
+#include "fluovox/transport/endless.h"
 #include "fluovox/transport/photon_media.h"
 #include "fluovox/transport/photon_source.h"
 #include "fluovox/transport/photon_tracer.h"
@@ -367,7 +368,7 @@ private:
 }  // namespace
 
 FluenceResult trace_fluence(const Scene& scene, const FluenceSettings& settings, Progress& progress) {
-    require_an_end(scene);
+    require_an_end(scene, travelling_wavelengths_nm(scene));
     return FluenceRun(scene, settings).run(progress);
 }
 

@@ -1,6 +1,7 @@
 #include "fluovox/transport/light_tracer.h"
 
 #include "fluovox/optics/camera_ray.h"
+#include "fluovox/transport/endless.h"
 #include "fluovox/transport/film_response.h"
 #include "fluovox/transport/optical_field.h"
 #include "fluovox/transport/photon_source.h"
@@ -263,7 +264,7 @@ void trace_batch(const Scene& scene, const PhotonSource& source, std::int64_t fi
 
 RenderResult render_from_lights(const Scene& scene, Progress& progress) {
     require_connectable(scene);
-    require_an_end(scene);
+    require_an_end(scene, travelling_wavelengths_nm(scene));
     const SceneDescription& description = scene.description;
     const Camera& camera = description.camera;
     RenderResult result{Film(camera.width, camera.height, film_layers(dye_names(scene), description.film.per_dye),

@@ -45,28 +45,4 @@ Photon PhotonSource::launch(Rng& rng) const {
     return launch(rng, light);
 }
 
-void require_an_end(const Scene& scene) {
-    if (scene.description.render.max_scatterings) return;
-    for (const Light& light : scene.lights) {
-        for (const LightSpectrum::Line& line : light.spectrum.lines) {
-            double scattering = 0;
-            double absorption = 0;
-            for (const SceneMedium& medium : scene.media) {
-                if (!medium.grid && !std::holds_alternative<Everywhere>(medium.region)) continue;
-                if (medium.dye >= 0) {
-                    absorption += 1;
-                    continue;
-                }
-                if (!medium.grid) scattering += coefficient_per_um(medium.scattering, line.wavelength_nm);
-                absorption += coefficient_per_um(medium.absorption, line.wavelength_nm);
-            }
-            if (scattering <= 0 || absorption > 0) continue;
-            throw SceneError(scene.description.media.empty() ? SourceLocation{scene.description.file, 1, 1}
-                                                             : scene.description.media.front().where,
-                             "light would scatter here for ever: it can neither leave nor be absorbed. Give the medium "
-                             "some absorption or a finite region, or set render.max_scatterings");
-        }
-    }
-}
-
 }  // namespace fluovox

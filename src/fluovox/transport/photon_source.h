@@ -28,7 +28,4 @@ private:
     double total_ = 0;
 };
 
-/// Throws SceneError for a scene whose light can neither leave nor be absorbed: scattered everywhere, absorbed nowhere.
-void require_an_end(const Scene& scene);
-
 }  // namespace fluovox

@@ -1,11 +1,13 @@
 #include "fluovox/transport/samplable.h"
 
 #include "fluovox/optics/light_sampling.h"
+#include "fluovox/transport/endless.h"
 #include "fluovox/transport/film_response.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 namespace fluovox {
 namespace {
@@ -52,14 +54,14 @@ bool film_sees(const FilmResponse& film, const LightSpectrum& spectrum) {
            std::any_of(knots.begin(), knots.end(), [&](double nm) { return film.sees(nm); });
 }
 
-// Scatters for ever: everywhere, without any absorption.
-bool never_ends(const MediumDescription& medium) {
-    const auto is_zero = [](const Coefficient& c) {
-        const auto* constant = std::get_if<double>(&c);
-        return constant != nullptr && *constant == 0;
-    };
-    return !medium.dye && !medium.grid && std::holds_alternative<Everywhere>(medium.region) &&
-           !is_zero(medium.scattering) && is_zero(medium.absorption);
+// Paths from the camera travel at any wavelength that the film sees, whether the dyes emit there or not.
+std::vector<double> path_wavelengths_nm(const Scene& scene) {
+    std::vector<double> wavelengths_nm = travelling_wavelengths_nm(scene);
+    for (const FilmChannel& channel : scene.description.film.channels) {
+        wavelengths_nm.insert(wavelengths_nm.end(),
+                              {channel.response.first_nm(), channel.center_nm, channel.response.last_nm()});
+    }
+    return wavelengths_nm;
 }
 
 }  // namespace
@@ -87,12 +89,8 @@ void require_samplable_by_path(const Scene& scene) {
                              "refracting surface; leave refractive_index out, or use fluovox fluence, which follows "
                              "photons from the lights");
         }
-        if (never_ends(medium) && !scene.description.render.max_scatterings) {
-            throw SceneError(medium.where,
-                             "light would scatter here for ever: give the medium some absorption or an end, or set "
-                             "render.max_scatterings");
-        }
     }
+    require_an_end(scene, path_wavelengths_nm(scene));
 }
 
 }  // namespace fluovox
