@@ -19,7 +19,7 @@ inline SceneMedium host(Region region, double scattering_per_um, double absorpti
     medium.region = region;
     medium.scattering = scattering_per_um;
     medium.absorption = absorption_per_um;
-    medium.anisotropy = g;
+    medium.phase = HenyeyGreenstein{g};
     return medium;
 }
 

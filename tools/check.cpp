@@ -61,7 +61,7 @@ std::string medium_text(const MediumDescription& medium) {
     } else {
         text += fmt::format("host, scattering {}, absorption {}, g {:g}, ",
                             std::visit(CoefficientText{}, medium.scattering),
-                            std::visit(CoefficientText{}, medium.absorption), medium.anisotropy);
+                            std::visit(CoefficientText{}, medium.absorption), mean_cosine(medium.phase));
     }
     if (medium.refractive_index) text += fmt::format("index {:g}, ", *medium.refractive_index);
     if (!medium.grid) return text + std::visit(RegionText{}, medium.region);

@@ -120,7 +120,7 @@ WalkCounts walk(const Scene& scene, const Launch& launch, const WalkSettings& se
             touched = true;
             if (event->fate == Fate::Scattered) {
                 if (++scatterings > settings.scatterings) break;
-                direction = scattered(direction, event->medium->anisotropy, dice);
+                direction = scattered(direction, mean_cosine(event->medium->phase), dice);
                 continue;
             }
             if (event->fate == Fate::TakenByHost) {

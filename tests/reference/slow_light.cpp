@@ -21,7 +21,8 @@ Coefficients coefficients(const Scene& scene, const SceneMedium& medium, double 
         // ln(10) eps c with c = 1e-6 mol/L, over 1e4 micrometres in a centimetre
         return {0, std::log(10.0) * dye.molar_absorption_per_M_cm(nm) * 1e-6 / 1e4, 0};
     }
-    return {coefficient_per_um(medium.scattering, nm), coefficient_per_um(medium.absorption, nm), medium.anisotropy};
+    return {coefficient_per_um(medium.scattering, nm), coefficient_per_um(medium.absorption, nm),
+            mean_cosine(medium.phase)};
 }
 
 double amount_at(const Scene& scene, const SceneMedium& medium, Vec3 p) {

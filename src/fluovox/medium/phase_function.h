@@ -1,9 +1,12 @@
 #pragma once
 
 #include "fluovox/core/vec.h"
+#include "fluovox/spectral/spectrum.h"
 
 #include <cmath>
 #include <numbers>
+#include <variant>
+#include <vector>
 
 namespace fluovox {
 
@@ -28,6 +31,60 @@ inline Vec3 turned(Vec3 axis, double cosine, double u) {
     const double azimuth = 2 * std::numbers::pi * u;
     return Frame::around(axis).to_world({sine * std::cos(azimuth), sine * std::sin(azimuth), cosine});
 }
+
+/// Forward and backward lobes: `weight` henyey_greenstein(g1) + (1 - weight) henyey_greenstein(g2).
+struct TwoTermHenyeyGreenstein {
+    double g1 = 0, g2 = 0, weight = 1;
+};
+
+struct HenyeyGreenstein {
+    double g = 0;  ///< 0: isotropic
+};
+
+/// Of particles much smaller than the wavelength: 3 (1 + cosine^2) / (16 pi).
+struct Rayleigh {};
+
+/// Any phase function: linear in the cosine between the rows of a table.
+class PhaseTable {
+public:
+    /// `cosines` strictly increasing from -1 to 1; `values` of any scale, none negative; scaled so that the integral
+    /// over all directions is one. Throws std::invalid_argument, also where that integral is zero or not finite.
+    PhaseTable(std::vector<double> cosines, std::vector<double> values);
+
+    double operator()(double cosine) const { return per_sr_(cosine); }
+    double sample_cosine(double u) const { return per_sr_.sample(u); }
+    double mean_cosine() const;
+    /// Integral over all directions of the values as given.
+    double given_integral() const { return given_integral_; }
+    const std::vector<double>& cosines() const { return per_sr_.wavelengths_nm(); }
+    const std::vector<double>& values_per_sr() const { return per_sr_.values(); }
+
+private:
+    Spectrum per_sr_;  // a function that is linear between its rows and can be drawn from, here of the cosine
+    double given_integral_ = 1;
+};
+
+/// How light is scattered: a density per steradian of the cosine between the flight before and after.
+using PhaseFunction = std::variant<HenyeyGreenstein, TwoTermHenyeyGreenstein, Rayleigh, PhaseTable>;
+
+// The less common kinds.
+double other_phase_per_sr(const PhaseFunction& phase, double cosine);
+double sample_other_cosine(const PhaseFunction& phase, double u);
+
+/// The phase function at a cosine, per steradian.
+inline double phase_per_sr(const PhaseFunction& phase, double cosine) {
+    const auto* usual = std::get_if<HenyeyGreenstein>(&phase);
+    return usual != nullptr ? henyey_greenstein(cosine, usual->g) : other_phase_per_sr(phase, cosine);
+}
+
+/// A cosine with that density; `u` uniform in [0, 1).
+inline double sample_phase_cosine(const PhaseFunction& phase, double u) {
+    const auto* usual = std::get_if<HenyeyGreenstein>(&phase);
+    return usual != nullptr ? sample_henyey_greenstein_cosine(usual->g, u) : sample_other_cosine(phase, u);
+}
+
+/// Its mean cosine, the anisotropy g.
+double mean_cosine(const PhaseFunction& phase);
 
 /// A direction uniform over the sphere.
 inline Vec3 sample_isotropic(double u1, double u2) {

@@ -91,7 +91,7 @@ DyeMatch read_dye(const SceneTable& medium, const ReadContext& context) {
 }
 
 void read_dye_medium(const SceneTable& table, MediumDescription& medium, ReadContext& context) {
-    for (const char* key : {"scattering", "absorption", "anisotropy"}) {
+    for (const char* key : {"scattering", "absorption", "anisotropy", "phase_function"}) {
         if (table.has(key)) {
             table.fail(key, "does not belong to a dye: give the host a [[medium]] of its own; media add up");
         }
@@ -122,7 +122,7 @@ void read_dye_medium(const SceneTable& table, MediumDescription& medium, ReadCon
     }
 }
 
-void read_host_medium(const SceneTable& table, MediumDescription& medium, const ReadContext& context) {
+void read_host_medium(const SceneTable& table, MediumDescription& medium, ReadContext& context) {
     if (table.has("concentration")) table.fail("concentration", "does not belong to a host, which has no dye");
     const bool has_coefficient = table.has("scattering") || table.has("absorption");
     if (!has_coefficient && !table.has("refractive_index")) {
@@ -132,16 +132,15 @@ void read_host_medium(const SceneTable& table, MediumDescription& medium, const 
     }
     medium.scattering = read_coefficient(table, "scattering", context);
     medium.absorption = read_coefficient(table, "absorption", context);
-    medium.anisotropy =
-        table.number_or("anisotropy", 0, {.min = -1, .max = 1, .without_min = true, .without_max = true});
+    medium.phase = read_phase(table, context);
     if (!table.has("grid") && !table.has("region")) {
         table.fail("region", "is missing: it says where the medium is (region = \"everywhere\" for all space)");
     }
 }
 
 MediumDescription read_medium(const SceneTable& table, ReadContext& context) {
-    table.allow_only({"dye", "grid", "concentration", "region", "scattering", "absorption", "anisotropy", "name",
-                      "refractive_index", "exclusive"});
+    table.allow_only({"dye", "grid", "concentration", "region", "scattering", "absorption", "anisotropy",
+                      "phase_function", "name", "refractive_index", "exclusive"});
     MediumDescription medium;
     medium.where = table.where();
     if (table.has("grid") && table.has("region")) table.fail("region", "and grid exclude each other: keep one");

@@ -47,6 +47,9 @@ RenderDescription read_render(const SceneTable& root);
 /// Throws at camera.resolution when the film would not fit into the memory of this machine.
 void require_film_fits(const SceneTable& root, const SceneDescription& scene);
 
+/// `phase_function`, or `anisotropy`; isotropic when both are missing.
+PhaseFunction read_phase(const SceneTable& medium, ReadContext& context);
+
 /// Regions of media, part of `read_media`.
 Region read_region(const SceneTable& medium);
 /// `scattering` or `absorption`; zero when missing.

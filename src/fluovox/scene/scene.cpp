@@ -112,7 +112,7 @@ void add_medium(Scene& scene, const MediumDescription& description, GridLoader& 
     medium.region = description.region;
     medium.scattering = description.scattering;
     medium.absorption = description.absorption;
-    medium.anisotropy = description.anisotropy;
+    medium.phase = description.phase;
     medium.refractive_index = description.refractive_index;
     if (description.grid) medium.grid = loader.load(description);
     if (description.dye) {

@@ -2,6 +2,7 @@
 
 #include "fluovox/medium/coefficient.h"
 #include "fluovox/medium/dye.h"
+#include "fluovox/medium/phase_function.h"
 #include "fluovox/optics/light.h"
 #include "fluovox/scene/scene_description.h"
 #include "fluovox/volume/region.h"
@@ -23,9 +24,9 @@ struct SceneMedium {
     double amount = 1;
     int dye = -1;                                    ///< index into Scene::dyes; -1: a host
     Coefficient scattering = 0.0, absorption = 0.0;  ///< hosts, per um
-    double anisotropy = 0;
-    std::optional<double> refractive_index;  ///< inside its surface; a grid's is its box
-    std::vector<int> cut_by;                 ///< media whose regions replace this one (`exclusive`)
+    PhaseFunction phase;                             ///< of a host that scatters
+    std::optional<double> refractive_index;          ///< inside its surface; a grid's is its box
+    std::vector<int> cut_by;                         ///< media whose regions replace this one (`exclusive`)
 };
 
 /// What the renderer reads: built once, const ever after.

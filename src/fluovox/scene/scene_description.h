@@ -4,6 +4,7 @@
 #include "fluovox/image/film_spec.h"
 #include "fluovox/medium/coefficient.h"
 #include "fluovox/medium/dye.h"
+#include "fluovox/medium/phase_function.h"
 #include "fluovox/optics/camera.h"
 #include "fluovox/optics/light.h"
 #include "fluovox/volume/region.h"
@@ -37,7 +38,7 @@ struct MediumDescription {
     Region region = Everywhere{};
     Coefficient scattering = 0.0;  ///< hosts only, per um
     Coefficient absorption = 0.0;  ///< hosts only, per um
-    double anisotropy = 0;         ///< Henyey-Greenstein g, -1 < g < 1
+    PhaseFunction phase;           ///< hosts only
     std::optional<double> refractive_index;
     bool exclusive = false;  ///< replaces the media around it instead of adding to them
 };

@@ -104,6 +104,17 @@ Json dye_json(const Dye& dye) {
     return json;
 }
 
+struct PhaseText {
+    Json operator()(const HenyeyGreenstein& p) const { return {{"kind", "henyey-greenstein"}, {"g", p.g}}; }
+    Json operator()(const TwoTermHenyeyGreenstein& p) const {
+        return {{"kind", "two-term-henyey-greenstein"}, {"g1", p.g1}, {"g2", p.g2}, {"weight", p.weight}};
+    }
+    Json operator()(const Rayleigh& /*p*/) const { return "rayleigh"; }
+    Json operator()(const PhaseTable& p) const {
+        return {{"kind", "table"}, {"cosine", p.cosines()}, {"value", p.values_per_sr()}};
+    }
+};
+
 Json medium_json(const MediumDescription& medium) {
     Json json = {{"name", medium.name}};
     if (medium.dye) {
@@ -113,7 +124,8 @@ Json medium_json(const MediumDescription& medium) {
     } else {
         json["scattering"] = std::visit(CoefficientText{}, medium.scattering);
         json["absorption"] = std::visit(CoefficientText{}, medium.absorption);
-        json["anisotropy"] = medium.anisotropy;
+        json["anisotropy"] = mean_cosine(medium.phase);
+        json["phase_function"] = std::visit(PhaseText{}, medium.phase);
     }
     if (medium.grid) {
         json["grid"] = grid_json(*medium.grid);

@@ -83,8 +83,8 @@ public:
         if (!seen_) return;
         const auto hit = camera_.connect(photon.ray.origin, *rng_);
         if (!hit) return;
-        const double g = scene_->media[static_cast<std::size_t>(medium)].anisotropy;
-        const double phase = henyey_greenstein(dot(photon.ray.direction, hit->to_camera), g);
+        const PhaseFunction& scattering = scene_->media[static_cast<std::size_t>(medium)].phase;
+        const double phase = phase_per_sr(scattering, dot(photon.ray.direction, hit->to_camera));
         add(photon, photon.ray.origin, *hit, phase * hit->factor);
     }
     void emission(const Photon& photon) {

@@ -45,7 +45,7 @@ PathTracer::PathTracer(const Scene& scene, const Illumination& illumination)
     }
     double g = 0;
     for (const SceneMedium& medium : scene.media)
-        g = std::max(g, medium.anisotropy);
+        g = std::max(g, mean_cosine(medium.phase));
     for (const Light& light : scene.lights) {
         const auto* sheet = std::get_if<SheetLight>(&light.shape);
         const auto* beam = std::get_if<BeamLight>(&light.shape);
@@ -141,9 +141,9 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
             if (rng.uniform() * kFaint >= worth) break;
             path.beta *= kFaint / worth;
         }
-        const double g = scene_->media[static_cast<std::size_t>(scattering->medium)].anisotropy;
-        const double cosine = sample_henyey_greenstein_cosine(g, rng.uniform());
-        pdf_per_sr = henyey_greenstein(cosine, g);
+        const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(scattering->medium)].phase;
+        const double cosine = sample_phase_cosine(phase, rng.uniform());
+        pdf_per_sr = phase_per_sr(phase, cosine);
         path.ray = {path.ray.at(scattering->t_um), turned(path.ray.direction, cosine, rng.uniform())};
     }
 
@@ -240,7 +240,7 @@ void PathTracer::add_scattered_once(const Stretch& path, const PathTask& task, L
     Lanes scattered;
     for (std::size_t i = 0; i < level.by_medium.size(); ++i) {
         if (level.by_medium[i].max() <= 0) continue;
-        scattered += henyey_greenstein(cosine, scene_->media[i].anisotropy) * level.by_medium[i];
+        scattered += phase_per_sr(scene_->media[i].phase, cosine) * level.by_medium[i];
     }
     if (scattered.max() <= 0) return;
     const double other =
@@ -253,12 +253,12 @@ void PathTracer::add_scattered_once(const Stretch& path, const PathTask& task, L
 void PathTracer::add_lights_at(const Stretch& path, const Scattering& scattering, double density, const PathTask& task,
                                Level& level, Rng& rng, PathRadiance& result) {
     const Vec3 position = path.ray.at(scattering.t_um);
-    const double g = scene_->media[static_cast<std::size_t>(scattering.medium)].anisotropy;
+    const PhaseFunction& scatters = scene_->media[static_cast<std::size_t>(scattering.medium)].phase;
     for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
         if (task.light_photons[l].max() <= 0) continue;
         const auto light = sample_light(scene_->lights[l], position, rng.uniform(), rng.uniform());
         if (!light) continue;
-        const double phase = henyey_greenstein(scattering_cosine(light->to_light, path.ray.direction), g);
+        const double phase = phase_per_sr(scatters, scattering_cosine(light->to_light, path.ray.direction));
         const double weight = light->pdf_per_sr > 0 ? light->pdf_per_sr / (light->pdf_per_sr + phase)
                                                     : density / (density + lit_pdf(level, l, scattering.t_um));
         const Lanes seen = transmittance_to_light(position, *light, *task.optics, level, rng) * path.beta;

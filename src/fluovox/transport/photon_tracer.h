@@ -276,8 +276,8 @@ private:
         sink.vertex(photon, medium);
         ++photon.scatterings;
         ++scatterings_;
-        const double g = scene_->media[static_cast<std::size_t>(medium)].anisotropy;
-        const double cosine = sample_henyey_greenstein_cosine(g, rng.uniform());
+        const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(medium)].phase;
+        const double cosine = sample_phase_cosine(phase, rng.uniform());
         photon.ray.direction = normalized(turned(photon.ray.direction, cosine, rng.uniform()));
     }
 

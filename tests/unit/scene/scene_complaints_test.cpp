@@ -188,6 +188,37 @@ TEST_F(SceneComplaints, UnknownDyesNameTheClosest) {
     EXPECT_EQ(complaint(with(kScene, "dye  = \"EGFP\"", "dye = \"my.toml\"")).substr(0, 23), "4 scene.toml:3:7: mediu");
 }
 
+TEST_F(SceneComplaints, PhaseFunctionsThatAreNoneAreTold) {
+    const auto phase = [&](const std::string& value) {
+        return complaint(with(kScene, "anisotropy = 0.9", "phase_function = " + value));
+    };
+    const auto table = [&](const std::string& text) {
+        write("phase.csv", text);
+        return phase("{ file = \"phase.csv\" }");
+    };
+    const auto expect_says = [](const std::string& message, const std::string& what) {
+        EXPECT_EQ(message.substr(0, 2), "3 ") << message;
+        EXPECT_NE(message.find(what), std::string::npos) << message;
+    };
+    expect_says(phase("\"mie\""), "must be \"isotropic\", \"rayleigh\", { kind");
+    expect_says(phase("{ kind = \"rayleih\" }"), "did you mean \"rayleigh\"?");
+    expect_says(phase("{ kind = \"henyey-greenstein\", g = 1 }"), "it must lie from -1 to 1");
+    expect_says(phase("{ kind = \"two-term-henyey-greenstein\", g1 = 0.9, g2 = -0.5, weight = 2 }"), "weight = 2");
+    expect_says(phase("\"rayleigh\"\nanisotropy = 0.5"), "anisotropy = 0.5 does not go with phase_function");
+    expect_says(table("angle_deg,value\n0,1\n90,-1\n180,1\n"), "phase.csv:3:1: error: the value -1 is negative");
+    expect_says(table("angle_deg,value\n0,0\n180,0\n"), "cannot be normalised");
+    expect_says(table("angle_deg,value\n5,1\n180,1\n"), "reaches from 5 to 180");
+    expect_says(table("cosine,value\n-1,1\n0.5,1\n"), "reaches from -1 to 0.5");
+    expect_says(table("cosine,value\n-1,1\n0.5,1\n0.4,1\n1,1\n"), "0.4 comes after 0.5");
+    expect_says(table("angle_deg,value\n0,1\n200,1\n"), "200 must lie from 0 to 180 degrees");
+    expect_says(table("0,1\n180,1\n"), "needs a first line that names the columns");
+    expect_says(table("angle_deg,value\n0,1\n90,inf\n180,1\n"), "phase.csv:3");
+    EXPECT_EQ(phase("{ file = \"missing.csv\" }").substr(0, 2), "4 ");
+    EXPECT_EQ(table("angle_deg,value\n0,3\n60,1\n180,1\n"), "no complaint");
+    EXPECT_EQ(phase("{ kind = \"two-term-henyey-greenstein\", g1 = 0.9, g2 = -0.5, weight = 0.9 }"), "no complaint");
+    EXPECT_EQ(phase("\"rayleigh\""), "no complaint");
+}
+
 TEST_F(SceneComplaints, TablesPointAtTheirOwnLine) {
     const std::string scene =
         with(kScene, "wavelength = \"488 nm\"", "spectrum = { file = \"lamp.csv\", table_is = \"energy\" }");

@@ -53,14 +53,14 @@ TEST_F(SceneDescriptionTest, HostTakesItsCoefficientsNameAndIndex) {
     EXPECT_FALSE(host.dye || host.grid || host.refractive_index || host.exclusive);
     EXPECT_DOUBLE_EQ(std::get<double>(host.scattering), 0.02);
     EXPECT_DOUBLE_EQ(std::get<double>(host.absorption), 2e-5);
-    EXPECT_EQ(host.anisotropy, 0.9);
+    EXPECT_EQ(as<HenyeyGreenstein>(host.phase).g, 0.9);
     as<Everywhere>(host.region);
     host =
         load(with(kScene, "anisotropy = 0.9", "name = \"tissue\"\nrefractive_index = 1.36\nexclusive = true")).media[2];
     EXPECT_EQ(host.name, "tissue");
     EXPECT_EQ(host.refractive_index, 1.36);
     EXPECT_TRUE(host.exclusive);
-    EXPECT_EQ(host.anisotropy, 0);
+    EXPECT_EQ(mean_cosine(host.phase), 0);
 }
 
 TEST_F(SceneDescriptionTest, CoefficientsMayBeAPowerLawOrATable) {
@@ -352,7 +352,7 @@ TEST_F(SceneDescriptionTest, JsonIsTheSameForTheSameSceneAndTellsEveryDefault) {
 TEST_F(SceneDescriptionTest, ReferenceFileLoadsAndHasEveryKey) {
     const std::filesystem::path file = std::filesystem::path(FLUOVOX_SOURCE_DIR) / "volumes/reference/reference.toml";
     const SceneDescription scene = load_scene_description(file);
-    EXPECT_EQ(scene.media.size(), 7U);
+    EXPECT_EQ(scene.media.size(), 8U);
     EXPECT_EQ(scene.lights.size(), 5U);
     EXPECT_TRUE(scene.warnings.empty());
     std::ifstream in(file);
@@ -378,6 +378,7 @@ TEST_F(SceneDescriptionTest, ReferenceFileLoadsAndHasEveryKey) {
                             "value",
                             "exponent",
                             "anisotropy",
+                            "phase_function",
                             "refractive_index",
                             "exclusive",
                             "kind",

@@ -1,0 +1,122 @@
+#include "fluovox/core/csv.h"
+#include "fluovox/scene/read_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+constexpr NumberRange kAnisotropy = {.min = -1, .max = 1, .without_min = true, .without_max = true};
+
+// Rows of angle or cosine and value as cosines that increase.
+PhaseTable table_of(const CsvTable& csv) {
+    if (csv.columns.size() != 2) {
+        csv.fail(
+            0, fmt::format("{} columns where two are needed: angle_deg (or cosine) and the value", csv.columns.size()));
+    }
+    const bool by_angle = csv.find("angle_deg").has_value();
+    if (!by_angle && !csv.find("cosine"))
+        csv.fail(0, "needs a first line that names the columns: angle_deg,value or cosine,value");
+    const std::size_t x = *csv.find(by_angle ? "angle_deg" : "cosine");
+    std::vector<double> cosines = csv.columns[x];
+    std::vector<double> values = csv.columns[1 - x];
+    for (std::size_t row = 0; row < csv.rows(); ++row) {
+        const double given = cosines[row];
+        if (by_angle ? given < 0 || given > 180 : given < -1 || given > 1) {
+            csv.fail(row, fmt::format("{} must lie from {}", given,
+                                      by_angle ? "0 to 180 degrees" : "-1 to 1, being a cosine"));
+        }
+        if (row > 0 && !(given > csv.columns[x][row - 1]))
+            csv.fail(row, fmt::format("{} comes after {}: they must increase", given, csv.columns[x][row - 1]));
+        if (values[row] < 0)
+            csv.fail(row, fmt::format("the value {} is negative, which no phase function is", values[row]));
+        if (!by_angle) continue;
+        cosines[row] = given == 0 ? 1 : given == 180 ? -1 : std::cos(given * std::numbers::pi / 180);
+    }
+    if (by_angle) {
+        std::reverse(cosines.begin(), cosines.end());
+        std::reverse(values.begin(), values.end());
+    }
+    const double all = by_angle ? 180 : 1;
+    if (csv.columns[x].front() != (by_angle ? 0 : -1) || csv.columns[x].back() != all) {
+        csv.fail(0, fmt::format("the table reaches from {} to {}, but its integral is over all directions: {}",
+                                csv.columns[x].front(), csv.columns[x].back(),
+                                by_angle ? "0 to 180 degrees" : "cosines from -1 to 1"));
+    }
+    for (std::size_t i = 1; i < cosines.size(); ++i) {
+        if (!(cosines[i] > cosines[i - 1])) csv.fail(i, "two angles are too close to tell their cosines apart");
+    }
+    try {
+        return {std::move(cosines), std::move(values)};
+    } catch (const std::invalid_argument& e) {
+        csv.fail(0, fmt::format("the phase function {}", e.what()));
+    }
+}
+
+PhaseTable read_phase_table(const SceneTable& table, ReadContext& context) {
+    table.allow_only({"kind", "file"});
+    const std::filesystem::path path = resolve_path(table, "file", context);
+    const CsvTable csv = [&] {
+        try {
+            return load_csv(path);
+        } catch (const InputError& e) {
+            throw InputError(table.place("file") + ": " + e.what());
+        }
+    }();
+    PhaseTable phase = table_of(csv);
+    constexpr double kRounding = 0.01;
+    if (std::abs(phase.given_integral() - 1) > kRounding) {
+        context.remarks.push_back(
+            fmt::format("{}: the table integrates to {:.4g} over all directions and was scaled to 1",
+                        table.path("file"), phase.given_integral()));
+    }
+    return phase;
+}
+
+constexpr const char* kKinds =
+    "must be \"isotropic\", \"rayleigh\", { kind = \"henyey-greenstein\", g = 0.9 }, "
+    "{ kind = \"two-term-henyey-greenstein\", g1 = 0.9, g2 = -0.3, weight = 0.95 } or { file = \"phase.csv\" }";
+
+}  // namespace
+
+PhaseFunction read_phase(const SceneTable& medium, ReadContext& context) {
+    if (!medium.has("phase_function")) return HenyeyGreenstein{medium.number_or("anisotropy", 0, kAnisotropy)};
+    if (medium.has("anisotropy"))
+        medium.fail("anisotropy", "does not go with phase_function, which says it all: keep one of them");
+    if (medium.is_text("phase_function")) {
+        const std::string name = medium.text("phase_function");
+        if (name == "isotropic") return HenyeyGreenstein{0};
+        if (name == "rayleigh") return Rayleigh{};
+        medium.fail("phase_function", kKinds);
+    }
+    if (!medium.is_table("phase_function")) medium.fail("phase_function", kKinds);
+    const SceneTable table = medium.table("phase_function");
+    if (!table.has("kind") && table.has("file")) return read_phase_table(table, context);
+    if (!table.has("kind")) medium.fail("phase_function", kKinds);
+    switch (
+        table.choice("kind", {"isotropic", "rayleigh", "henyey-greenstein", "two-term-henyey-greenstein", "table"})) {
+        case 0:
+            table.allow_only({"kind"});
+            return HenyeyGreenstein{0};
+        case 1:
+            table.allow_only({"kind"});
+            return Rayleigh{};
+        case 2:
+            table.allow_only({"kind", "g"});
+            return HenyeyGreenstein{table.number("g", kAnisotropy)};
+        case 3:
+            table.allow_only({"kind", "g1", "g2", "weight"});
+            return TwoTermHenyeyGreenstein{table.number("g1", kAnisotropy), table.number("g2", kAnisotropy),
+                                           table.number("weight", {.min = 0, .max = 1})};
+        default:
+            return read_phase_table(table, context);
+    }
+}
+
+}  // namespace fluovox
