@@ -78,6 +78,8 @@ Json group_json(const GroupReport& group) {
                  {"amount_mol", voxels.volume_um3 * group.concentration_uM * kMolPerUmolLitreUm3},
                  {"winding_share", share},
                  {"seconds", group.seconds},
+                 {"reading_seconds", group.reading_seconds},
+                 {"voxelizing_seconds", group.seconds - group.reading_seconds},
                  {"meshes", Json::array()}};
     for (const PartReport& part : group.parts) {
         json["meshes"].push_back(part.morphology ? part_json(part, *part.morphology) : part_json(part));

@@ -1,36 +1,43 @@
 #include "fluovox/voxelize/mesh.h"
 
+#include "fluovox/voxelize/chunks.h"
+
 namespace fluovox {
 
 Bounds mesh_bounds(const Mesh& mesh) {
     Bounds bounds;
-    for (const auto& triangle : mesh.triangles) {
-        for (const std::uint32_t vertex : triangle)
-            bounds.add(mesh.vertices[vertex]);
-    }
+    for (const Bounds& part : map_chunks(mesh.triangles.size(), [&](std::size_t begin, std::size_t end) {
+             Bounds some;
+             for (std::size_t t = begin; t < end; ++t) {
+                 for (const std::uint32_t vertex : mesh.triangles[t])
+                     some.add(mesh.vertices[vertex]);
+             }
+             return some;
+         }))
+        bounds.add(part);
     return bounds;
 }
 
 double signed_volume(const Mesh& mesh) {
     if (mesh.triangles.empty()) return 0;
     const Vec3 origin = mesh_bounds(mesh).center();
-    double volume = 0;
-    for (const auto& t : mesh.triangles) {
-        const Vec3 a = mesh.vertices[t[0]] - origin;
-        const Vec3 b = mesh.vertices[t[1]] - origin;
-        const Vec3 c = mesh.vertices[t[2]] - origin;
-        volume += dot(a, cross(b, c));
-    }
-    return volume / 6;
+    return sum_of(mesh.triangles.size(),
+                  [&](std::size_t number) {
+                      const auto& t = mesh.triangles[number];
+                      const Vec3 a = mesh.vertices[t[0]] - origin;
+                      const Vec3 b = mesh.vertices[t[1]] - origin;
+                      const Vec3 c = mesh.vertices[t[2]] - origin;
+                      return dot(a, cross(b, c));
+                  }) /
+           6;
 }
 
 double surface_area(const Mesh& mesh) {
-    double area = 0;
-    for (const auto& t : mesh.triangles) {
+    return sum_of(mesh.triangles.size(), [&](std::size_t number) {
+        const auto& t = mesh.triangles[number];
         const Vec3 a = mesh.vertices[t[0]];
-        area += length(cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a)) / 2;
-    }
-    return area;
+        return length(cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a)) / 2;
+    });
 }
 
 void append(Mesh& mesh, const Mesh& other) {

@@ -1,11 +1,13 @@
 #include "fluovox/voxelize/mesh_repair.h"
 
+#include "fluovox/voxelize/chunks.h"
 #include "fluovox/voxelize/mesh_topology.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <unordered_map>
 #include <utility>
 
 namespace fluovox {
@@ -21,11 +23,22 @@ double triangle_area(const Mesh& mesh, const Mesh::Triangle& t) {
 }
 
 void count_edges(const std::vector<EdgeUse>& uses, MeshReport& report) {
-    for_each_edge(uses, [&](std::size_t first, std::size_t last) {
-        if (last - first == 1) ++report.boundary_edges;
-        if (last - first > 2) ++report.nonmanifold_edges;
-        if (last - first == 2 && uses[first].forward == uses[first + 1].forward) ++report.misoriented_edges;
-    });
+    struct Counts {
+        std::size_t boundary = 0, nonmanifold = 0, misoriented = 0;
+    };
+    for (const Counts& some : map_chunks(uses.size(), [&](std::size_t begin, std::size_t end) {
+             Counts counts;
+             for_each_edge(uses, begin, end, [&](std::size_t first, std::size_t last) {
+                 if (last - first == 1) ++counts.boundary;
+                 if (last - first > 2) ++counts.nonmanifold;
+                 if (last - first == 2 && uses[first].forward == uses[first + 1].forward) ++counts.misoriented;
+             });
+             return counts;
+         })) {
+        report.boundary_edges += some.boundary;
+        report.nonmanifold_edges += some.nonmanifold;
+        report.misoriented_edges += some.misoriented;
+    }
 }
 
 /// Turns triangles whose neighbours across ordinary edges disagree with them, by the majority of area.
@@ -54,17 +67,19 @@ void agree_with_neighbours(Mesh& mesh, std::vector<EdgeUse>& uses, MeshReport& r
 /// Numbers the parts that hang together by edges; returns how many there are.
 std::uint32_t number_components(const Mesh& mesh, const std::vector<EdgeUse>& uses,
                                 std::vector<std::uint32_t>& component) {
-    ParitySets sets(mesh.triangles.size());
-    for_each_edge(uses, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first + 1; i < last; ++i)
-            sets.merge(uses[first].triangle, uses[i].triangle, false);
+    JoinedSets sets(mesh.triangles.size());
+    map_chunks(uses.size(), [&](std::size_t begin, std::size_t end) {
+        for_each_edge(uses, begin, end, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first + 1; i < last; ++i)
+                sets.join(uses[first].triangle, uses[i].triangle);
+        });
+        return 0;
     });
     component.resize(mesh.triangles.size());
+    for_items(component.size(), [&](std::size_t t) { component[t] = sets.find(static_cast<std::uint32_t>(t)); });
     std::uint32_t count = 0;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        const std::uint32_t root = sets.find(t).first;
-        component[t] = root == t ? count++ : component[root];  // the root has the lowest number of its set
-    }
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        component[t] = component[t] == t ? count++ : component[component[t]];  // the root is the lowest of its set
     return count;
 }
 
@@ -181,29 +196,47 @@ void add_caps(SolidMesh& solid, const std::vector<EdgeUse>& uses, std::vector<st
 /// One connected part, closed by its caps.
 struct Part {
     double volume = 0;
-    double extent = 0;
+    Bounds bounds;
     Vec3 rightmost = {-Bounds::kFar, 0, 0};
+
+    void add(const Part& other) {
+        volume += other.volume;
+        bounds.add(other.bounds);
+        if (other.rightmost.x > rightmost.x) rightmost = other.rightmost;
+    }
 };
 
+/// A triangle's share of its part, whose volume is seen from `origin`.
+Part measure(const Mesh& mesh, const Mesh::Triangle& t, const Vec3& origin) {
+    Part part;
+    for (const std::uint32_t vertex : t) {
+        const Vec3& v = mesh.vertices[vertex];
+        part.bounds.add(v);
+        if (v.x > part.rightmost.x) part.rightmost = v;
+    }
+    const Vec3 a = mesh.vertices[t[0]] - origin;
+    part.volume = dot(a, cross(mesh.vertices[t[1]] - origin, mesh.vertices[t[2]] - origin)) / 6;
+    return part;
+}
+
 std::vector<Part> measure_parts(const Mesh& mesh, const std::vector<std::uint32_t>& component, std::uint32_t count) {
+    std::vector<Vec3> origins(count);
+    for (std::size_t t = mesh.triangles.size(); t-- > 0;)
+        origins[component[t]] = mesh.vertices[mesh.triangles[t][0]];
     std::vector<Part> parts(count);
-    std::vector<Bounds> bounds(count);
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (const std::uint32_t vertex : mesh.triangles[t]) {
-            const Vec3& v = mesh.vertices[vertex];
-            bounds[component[t]].add(v);
-            if (v.x > parts[component[t]].rightmost.x) parts[component[t]].rightmost = v;
-        }
+    for (const auto& some : map_chunks(mesh.triangles.size(), [&](std::size_t begin, std::size_t end) {
+             // Triangles of one part mostly follow each other.
+             std::unordered_map<std::uint32_t, Part> found;
+             Part* last = nullptr;
+             for (std::size_t t = begin; t < end; ++t) {
+                 if (t == begin || component[t] != component[t - 1]) last = &found[component[t]];
+                 last->add(measure(mesh, mesh.triangles[t], origins[component[t]]));
+             }
+             return found;
+         })) {
+        for (const auto& [number, part] : some)
+            parts[number].add(part);
     }
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Vec3 origin = bounds[component[t]].center();
-        const Vec3 a = mesh.vertices[mesh.triangles[t][0]] - origin;
-        const Vec3 b = mesh.vertices[mesh.triangles[t][1]] - origin;
-        const Vec3 c = mesh.vertices[mesh.triangles[t][2]] - origin;
-        parts[component[t]].volume += dot(a, cross(b, c)) / 6;
-    }
-    for (std::uint32_t i = 0; i < count; ++i)
-        parts[i].extent = length(bounds[i].size());
     return parts;
 }
 
@@ -215,7 +248,7 @@ void face_outwards(SolidMesh& solid, const std::vector<std::uint32_t>& component
     // A point just right of a part's rightmost vertex is outside that part, so what winds around it are the others.
     std::vector<Vec3> beside;
     for (const Part& part : parts) {
-        const double step = 1e-7 * part.extent;
+        const double step = 1e-7 * length(part.bounds.size());
         beside.push_back(part.rightmost + Vec3{step, 0.37 * step, 0.23 * step});
     }
     const std::vector<int> around = winding_along_x(mesh, beside);

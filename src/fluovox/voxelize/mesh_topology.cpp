@@ -1,12 +1,14 @@
 #include "fluovox/voxelize/mesh_topology.h"
 
-#include <tbb/parallel_sort.h>
+#include "fluovox/voxelize/chunks.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 namespace fluovox {
 namespace {
@@ -23,29 +25,42 @@ std::uint64_t hash(const Vec3& v) {
     return h;
 }
 
-/// Numbers distinct positions as they come.
+/// Finds vertices at the same place, from many threads at once.
 class VertexWelder {
 public:
-    explicit VertexWelder(std::size_t most) : mask_(std::bit_ceil(2 * most + 2) - 1), slots_(mask_ + 1, kNone) {}
+    explicit VertexWelder(const std::vector<Vec3>& positions)
+        : positions_(positions), mask_(std::bit_ceil(2 * positions.size() + 2) - 1), slots_(mask_ + 1) {}
 
-    std::uint32_t add(const Vec3& position) {
-        for (std::size_t slot = hash(position) & mask_;; slot = (slot + 1) & mask_) {
-            if (slots_[slot] == kNone) {
-                slots_[slot] = static_cast<std::uint32_t>(positions_.size());
-                positions_.push_back(position);
-                return slots_[slot];
+    /// The slot of all vertices at the place of `vertex`.
+    std::size_t add(std::uint32_t vertex) {
+        std::size_t slot = hash(positions_[vertex]) & mask_;
+        for (;; slot = (slot + 1) & mask_) {
+            std::uint32_t holder = 0;
+            if (slots_[slot].compare_exchange_strong(holder, vertex + 1)) return slot;
+            if (!(positions_[holder - 1] == positions_[vertex])) continue;
+            while (vertex + 1 < holder && !slots_[slot].compare_exchange_weak(holder, vertex + 1)) {
             }
-            if (positions_[slots_[slot]] == position) return slots_[slot];
+            return slot;
         }
     }
-    std::vector<Vec3> take() { return std::move(positions_); }
-    std::size_t size() const { return positions_.size(); }
+    /// The first of the vertices of a slot, once all are added.
+    std::uint32_t first(std::size_t slot) const { return slots_[slot].load(std::memory_order_relaxed) - 1; }
 
 private:
+    const std::vector<Vec3>& positions_;
     std::size_t mask_;
-    std::vector<std::uint32_t> slots_;
-    std::vector<Vec3> positions_;
+    std::vector<std::atomic<std::uint32_t>> slots_;  // number of a vertex plus one; 0: free
 };
+
+/// Vertices that a triangle uses.
+std::vector<std::uint8_t> used_vertices(const Mesh& mesh) {
+    std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
+    for_items(mesh.triangles.size(), [&](std::size_t t) {
+        for (const std::uint32_t vertex : mesh.triangles[t])
+            std::atomic_ref(used[vertex]).store(1, std::memory_order_relaxed);
+    });
+    return used;
+}
 
 /// A directed edge of the loops to be found.
 struct Step {
@@ -60,21 +75,28 @@ struct Step {
 
 std::vector<Step> closing_steps(const std::vector<EdgeUse>& uses, const std::vector<std::uint32_t>& components) {
     std::vector<Step> steps;
-    std::vector<std::pair<std::uint32_t, int>> net;  // component, forward minus backward
-    for_each_edge(uses, [&](std::size_t first, std::size_t last) {
-        net.clear();
-        for (std::size_t i = first; i < last; ++i) {
-            const std::uint32_t component = components[uses[i].triangle];
-            auto entry = std::find_if(net.begin(), net.end(), [&](auto& n) { return n.first == component; });
-            if (entry == net.end()) entry = net.insert(entry, {component, 0});
-            entry->second += uses[i].forward ? 1 : -1;
-        }
-        for (const auto& [component, count] : net) {
-            const Step step = count > 0 ? Step{component, uses[first].high, uses[first].low}
-                                        : Step{component, uses[first].low, uses[first].high};
-            steps.insert(steps.end(), static_cast<std::size_t>(std::abs(count)), step);
-        }
-    });
+    for (const auto& some : map_chunks(uses.size(), [&](std::size_t begin, std::size_t end) {
+             std::vector<Step> found;
+             std::vector<std::pair<std::uint32_t, int>> net;  // component, forward minus backward
+             for_each_edge(uses, begin, end, [&](std::size_t first, std::size_t last) {
+                 const bool paired = last - first == 2 && uses[first].forward != uses[first + 1].forward;
+                 if (paired && components[uses[first].triangle] == components[uses[first + 1].triangle]) return;
+                 net.clear();
+                 for (std::size_t i = first; i < last; ++i) {
+                     const std::uint32_t component = components[uses[i].triangle];
+                     auto entry = std::find_if(net.begin(), net.end(), [&](auto& n) { return n.first == component; });
+                     if (entry == net.end()) entry = net.insert(entry, {component, 0});
+                     entry->second += uses[i].forward ? 1 : -1;
+                 }
+                 for (const auto& [component, count] : net) {
+                     const Step step = count > 0 ? Step{component, uses[first].high, uses[first].low}
+                                                 : Step{component, uses[first].low, uses[first].high};
+                     found.insert(found.end(), static_cast<std::size_t>(std::abs(count)), step);
+                 }
+             });
+             return found;
+         }))
+        steps.insert(steps.end(), some.begin(), some.end());
     std::sort(steps.begin(), steps.end());
     return steps;
 }
@@ -101,45 +123,96 @@ int crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
 
 WeldedMesh weld(const Mesh& mesh) {
     WeldedMesh welded;
-    VertexWelder welder(mesh.vertices.size());
-    std::vector<std::uint32_t> renumbered(mesh.vertices.size(), kNone);
-    std::size_t used = 0;
-    welded.mesh.triangles.reserve(mesh.triangles.size());
-    for (const auto& triangle : mesh.triangles) {
-        Mesh::Triangle corners{};
-        for (std::size_t i = 0; i < 3; ++i) {
-            std::uint32_t& number = renumbered[triangle[i]];
-            if (number == kNone) {
-                number = welder.add(mesh.vertices[triangle[i]]);
-                ++used;
-            }
-            corners[i] = number;
-        }
-        if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) {
-            ++welded.degenerate_triangles;
+    const std::size_t vertices = mesh.vertices.size();
+    const std::vector<std::uint8_t> used = used_vertices(mesh);
+    VertexWelder welder(mesh.vertices);
+    std::vector<std::size_t> slots(vertices);
+    for_items(vertices, [&](std::size_t v) {
+        if (used[v] != 0) slots[v] = welder.add(static_cast<std::uint32_t>(v));
+    });
+    std::vector<std::uint32_t> number(vertices, kNone);
+    for (std::size_t v = 0; v < vertices; ++v) {
+        if (used[v] == 0) continue;
+        const std::uint32_t first = welder.first(slots[v]);
+        if (first == v) {
+            number[v] = static_cast<std::uint32_t>(welded.mesh.vertices.size());
+            welded.mesh.vertices.push_back(mesh.vertices[v]);
         } else {
-            welded.mesh.triangles.push_back(corners);
+            number[v] = number[first];
+            ++welded.welded_vertices;
         }
     }
-    welded.welded_vertices = used - welder.size();
-    welded.mesh.vertices = welder.take();
+    welded.mesh.triangles.resize(mesh.triangles.size());
+    const auto is_degenerate = [](const Mesh::Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; };
+    for (const std::size_t some : map_chunks(mesh.triangles.size(), [&](std::size_t begin, std::size_t end) {
+             std::size_t count = 0;
+             for (std::size_t t = begin; t < end; ++t) {
+                 for (std::size_t i = 0; i < 3; ++i)
+                     welded.mesh.triangles[t][i] = number[mesh.triangles[t][i]];
+                 count += is_degenerate(welded.mesh.triangles[t]) ? 1 : 0;
+             }
+             return count;
+         }))
+        welded.degenerate_triangles += some;
+    if (welded.degenerate_triangles > 0) std::erase_if(welded.mesh.triangles, is_degenerate);
     return welded;
 }
 
 std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh) {
-    std::vector<EdgeUse> uses;
-    uses.reserve(3 * mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    // By the lower vertex first, each of which has few edges.
+    std::vector<std::atomic<std::size_t>> places(mesh.vertices.size());
+    const auto edge = [&](std::size_t t, std::size_t i) {
+        const std::uint32_t from = mesh.triangles[t][i];
+        const std::uint32_t to = mesh.triangles[t][(i + 1) % 3];
+        return EdgeUse{std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(t), from < to};
+    };
+    for_items(mesh.triangles.size(), [&](std::size_t t) {
+        for (std::size_t i = 0; i < 3; ++i)
+            places[edge(t, i).low].fetch_add(1, std::memory_order_relaxed);
+    });
+    std::size_t sum = 0;
+    for (auto& place : places)
+        sum += place.exchange(sum, std::memory_order_relaxed);
+    std::vector<EdgeUse> uses(sum);
+    for_items(mesh.triangles.size(), [&](std::size_t t) {
         for (std::size_t i = 0; i < 3; ++i) {
-            const std::uint32_t from = mesh.triangles[t][i];
-            const std::uint32_t to = mesh.triangles[t][(i + 1) % 3];
-            uses.push_back({std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(t), from < to});
+            const EdgeUse use = edge(t, i);
+            uses[places[use.low].fetch_add(1, std::memory_order_relaxed)] = use;
         }
-    }
-    tbb::parallel_sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
-        return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+    });
+    // Each place is now the end of its vertex's edges.
+    for_items(places.size(), [&](std::size_t v) {
+        const auto at = [&](std::size_t place) { return uses.begin() + static_cast<std::ptrdiff_t>(place); };
+        std::sort(at(v == 0 ? 0 : places[v - 1].load()), at(places[v].load()), [](const EdgeUse& a, const EdgeUse& b) {
+            return std::tie(a.high, a.triangle, a.forward) < std::tie(b.high, b.triangle, b.forward);
+        });
     });
     return uses;
+}
+
+JoinedSets::JoinedSets(std::size_t size) : parent_(size) {
+    for_items(size, [&](std::size_t i) { parent_[i].store(static_cast<std::uint32_t>(i), std::memory_order_relaxed); });
+}
+
+std::uint32_t JoinedSets::find(std::uint32_t member) {
+    for (;;) {
+        std::uint32_t parent = parent_[member].load();
+        if (parent == member) return member;
+        const std::uint32_t next = parent_[parent].load();
+        if (next != parent) parent_[member].compare_exchange_weak(parent, next);
+        member = next;
+    }
+}
+
+void JoinedSets::join(std::uint32_t a, std::uint32_t b) {
+    for (;;) {
+        a = find(a);
+        b = find(b);
+        if (a == b) return;
+        if (a < b) std::swap(a, b);
+        std::uint32_t root = a;
+        if (parent_[a].compare_exchange_strong(root, b)) return;
+    }
 }
 
 ParitySets::ParitySets(std::size_t size) : parent_(size), differs_(size, 0) {
@@ -227,7 +300,8 @@ std::vector<int> winding_along_x(const Mesh& mesh, const std::vector<Vec3>& poin
         order[i] = static_cast<std::uint32_t>(i);
     std::sort(order.begin(), order.end(), [&](auto a, auto b) { return points[a].y < points[b].y; });
     std::vector<int> winding(points.size(), 0);
-    for (const auto& t : mesh.triangles) {
+    for_items(mesh.triangles.size(), [&](std::size_t number) {
+        const auto& t = mesh.triangles[number];
         const Vec3& a = mesh.vertices[t[0]];
         const Vec3& b = mesh.vertices[t[1]];
         const Vec3& c = mesh.vertices[t[2]];
@@ -235,8 +309,8 @@ std::vector<int> winding_along_x(const Mesh& mesh, const std::vector<Vec3>& poin
         const double high = std::max({a.y, b.y, c.y});
         auto at = std::lower_bound(order.begin(), order.end(), low, [&](auto i, double y) { return points[i].y < y; });
         for (; at != order.end() && points[*at].y <= high; ++at)
-            winding[*at] += crossing(a, b, c, points[*at]);
-    }
+            std::atomic_ref(winding[*at]) += crossing(a, b, c, points[*at]);
+    });
     return winding;
 }
 

@@ -4,6 +4,7 @@
 
 #include "fluovox/voxelize/mesh.h"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -31,10 +32,12 @@ WeldedMesh weld(const Mesh& mesh);
 /// Every use of every edge, grouped by edge.
 std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh);
 
-/// Calls `visit(first, last)` with the index range of each edge's uses.
+/// Calls `visit(first, last)` with the index range of each edge's uses, for edges that start from `begin` to `end`.
 template <class Visit>
-void for_each_edge(const std::vector<EdgeUse>& uses, Visit&& visit) {
-    for (std::size_t first = 0; first < uses.size();) {
+void for_each_edge(const std::vector<EdgeUse>& uses, std::size_t begin, std::size_t end, Visit&& visit) {
+    while (begin > 0 && begin < end && uses[begin].same_edge(uses[begin - 1]))
+        ++begin;
+    for (std::size_t first = begin; first < end;) {
         std::size_t last = first + 1;
         while (last < uses.size() && uses[last].same_edge(uses[first]))
             ++last;
@@ -42,6 +45,25 @@ void for_each_edge(const std::vector<EdgeUse>& uses, Visit&& visit) {
         first = last;
     }
 }
+
+/// The same for every edge.
+template <class Visit>
+void for_each_edge(const std::vector<EdgeUse>& uses, Visit&& visit) {
+    for_each_edge(uses, 0, uses.size(), visit);
+}
+
+/// Sets that merge, from many threads at once.
+class JoinedSets {
+public:
+    explicit JoinedSets(std::size_t size);
+
+    /// The lowest member of a set, once nobody joins any more.
+    std::uint32_t find(std::uint32_t member);
+    void join(std::uint32_t a, std::uint32_t b);
+
+private:
+    std::vector<std::atomic<std::uint32_t>> parent_;
+};
 
 /// Sets that merge, each member with a parity relative to its set's representative.
 class ParitySets {

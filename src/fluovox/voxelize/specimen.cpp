@@ -66,12 +66,21 @@ Bounds specimen_bounds(const std::vector<SpecimenGroup>& groups) {
     return bounds;
 }
 
+double require_sensible_voxel(double voxel_um) {
+    constexpr double kSmallest = 1e-4;
+    if (voxel_um >= kSmallest) return voxel_um;
+    throw InputError(
+        fmt::format("voxels of {:g} um are smaller than an atom; is the unit of the meshes right? "
+                    "--mesh-unit um says that their coordinates are micrometres",
+                    voxel_um));
+}
+
 double choose_voxel_size(const std::vector<SpecimenGroup>& groups, const SpecimenSettings& settings) {
-    if (settings.voxels.voxel_size_um > 0) return settings.voxels.voxel_size_um;
+    if (settings.voxels.voxel_size_um > 0) return require_sensible_voxel(settings.voxels.voxel_size_um);
     const Vec3 size = (settings.bbox_um ? *settings.bbox_um : specimen_bounds(groups)).size();
     const double longest = std::max({size.x, size.y, size.z});
     if (!(longest > 0)) throw InputError("all meshes together have no extent, so --resolution means nothing");
-    return longest / settings.resolution;
+    return require_sensible_voxel(longest / settings.resolution);
 }
 
 void require_sound(const SpecimenPart& part, const MeshReport& mesh) {
@@ -125,6 +134,10 @@ void require_plausible(const GroupReport& report) {
 }
 
 using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 struct FilledGroup {
     DyeGrid grid;
@@ -181,7 +194,9 @@ GroupShapes load_group(const SpecimenGroup& group, const SpecimenSettings& setti
     progress.start("reading", static_cast<long long>(group.parts.size()));
     for (const SpecimenPart& part : group.parts) {
         if (progress.stopped()) break;
+        const auto begin = Clock::now();
         LoadedPart loaded = load_part(part);
+        report.reading_seconds += seconds_since(begin);
         PartReport done{part.name, loaded.sha256, part.label, {}, loaded.morphology};
         if (loaded.morphology) {
             shapes.capsules.insert(shapes.capsules.end(), loaded.capsules.begin(), loaded.capsules.end());
@@ -229,7 +244,7 @@ FilledGroup fill_group(const SpecimenGroup& group, const SpecimenSettings& setti
             }
         }
         if (!grid) throw InputError("there is nothing to voxelize");
-        report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+        report.seconds = seconds_since(begin);
         return {*grid, std::move(report)};
     } catch (const InputError& e) {
         const std::string text = e.what();

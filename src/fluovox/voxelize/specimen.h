@@ -64,7 +64,8 @@ struct GroupReport {
     double concentration_uM = 0;
     std::vector<PartReport> parts;
     VoxelizeReport voxels;
-    double seconds = 0;
+    double seconds = 0;          ///< all of it, by the clock
+    double reading_seconds = 0;  ///< of these, until the files were meshes
 };
 
 struct SpecimenResult {

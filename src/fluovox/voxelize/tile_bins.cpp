@@ -1,11 +1,14 @@
 #include "fluovox/voxelize/tile_bins.h"
 
+#include "fluovox/voxelize/chunks.h"
+
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <set>
+#include <utility>
 
 namespace fluovox {
 namespace {
@@ -22,9 +25,8 @@ TileBins::TileBins(std::uint32_t items, const BoxOf& box_of, const SpanOf& span_
         std::uint64_t key;
         std::uint32_t item;
     };
-    std::vector<Entry> entries;
-    for (std::uint32_t i = 0; i < items; ++i) {
-        const Bounds box = box_of(i);
+    const auto enter = [&](std::uint32_t item, std::vector<Entry>& entries) {
+        const Bounds box = box_of(item);
         const std::int32_t z0 = block_of(box.min.z);
         const std::int32_t z1 = block_of(box.max.z);
         const std::int32_t y0 = block_of(box.min.y);
@@ -36,15 +38,30 @@ TileBins::TileBins(std::uint32_t items, const BoxOf& box_of, const SpanOf& span_
             std::int32_t to = z1;
             if (large) {
                 const double low = static_cast<double>(kBlockSide) * y;
-                const auto [begin, end] = span_of(i, low, low + kBlockSide);
+                const auto [begin, end] = span_of(item, low, low + kBlockSide);
                 if (begin > end) continue;
                 from = std::max(z0, block_of(begin));
                 to = std::min(z1, block_of(end));
             }
             for (std::int32_t z = from; z <= to; ++z)
-                entries.push_back({static_cast<std::uint64_t>(y) * blocks_z_ + static_cast<std::uint64_t>(z), i});
+                entries.push_back({static_cast<std::uint64_t>(y) * blocks_z_ + static_cast<std::uint64_t>(z), item});
         }
-    }
+    };
+    std::vector<std::vector<Entry>> parts = map_chunks(items, [&](std::size_t begin, std::size_t end) {
+        std::vector<Entry> some;
+        for (std::size_t i = begin; i < end; ++i)
+            enter(static_cast<std::uint32_t>(i), some);
+        return some;
+    });
+    std::vector<std::size_t> places;
+    std::size_t count = 0;
+    for (const auto& part : parts)
+        places.push_back(std::exchange(count, count + part.size()));
+    std::vector<Entry> entries(count);
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+        std::copy(parts[i].begin(), parts[i].end(), entries.begin() + static_cast<std::ptrdiff_t>(places[i]));
+        parts[i] = {};
+    });
     tbb::parallel_sort(entries.begin(), entries.end(),
                        [](const Entry& a, const Entry& b) { return a.key != b.key ? a.key < b.key : a.item < b.item; });
     items_.reserve(entries.size());
@@ -100,22 +117,31 @@ void add_open_blocks(const Mesh& caps, VoxelSurface& surface) {
     constexpr std::size_t kMostBlocks = 200'000;  // beyond, the caps must do: this takes time by volume, not by surface
     while (!edge.empty()) {
         if (found.size() > kMostBlocks) return;
-        const BlockPlace at = edge.back();
-        edge.pop_back();
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            for (const int step : {-1, 1}) {
-                BlockPlace next = at;
-                next[axis] += step;
-                Vec3 center;
-                bool outside = false;
-                for (int i = 0; i < 3; ++i) {
-                    center[i] = kBlockSide * (next[static_cast<std::size_t>(i)] + 0.5);
-                    outside |= center[i] < bounds.min[i] - kBlockSide || center[i] > bounds.max[i] + kBlockSide;
+        std::set<BlockPlace> beside;
+        for (const BlockPlace& at : edge) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                for (const int step : {-1, 1}) {
+                    BlockPlace next = at;
+                    next[axis] += step;
+                    if (found.count(next) == 0) beside.insert(next);
                 }
-                constexpr double kMatters = 0.3;
-                if (!outside && std::abs(surface.open_caps(center)) > kMatters) visit(next);
             }
         }
+        const std::vector<BlockPlace> asked(beside.begin(), beside.end());
+        std::vector<std::uint8_t> matters(asked.size(), 0);
+        tbb::parallel_for(std::size_t{0}, asked.size(), [&](std::size_t i) {
+            Vec3 center;
+            bool outside = false;
+            for (int axis = 0; axis < 3; ++axis) {
+                center[axis] = kBlockSide * (asked[i][static_cast<std::size_t>(axis)] + 0.5);
+                outside |= center[axis] < bounds.min[axis] - kBlockSide || center[axis] > bounds.max[axis] + kBlockSide;
+            }
+            constexpr double kMatters = 0.3;
+            matters[i] = static_cast<std::uint8_t>(!outside && std::abs(surface.open_caps(center)) > kMatters);
+        });
+        edge.clear();
+        for (std::size_t i = 0; i < asked.size(); ++i)
+            if (matters[i] != 0) visit(asked[i]);
     }
     const auto in_range = [](const BlockPlace& b) { return b[0] >= 0 && b[1] >= 0 && b[2] >= 0; };
     std::copy_if(found.begin(), found.end(), std::back_inserter(surface.open_blocks), in_range);

@@ -3,14 +3,14 @@
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
 #include "fluovox/voxelize/capsule_tile.h"
+#include "fluovox/voxelize/chunks.h"
 #include "fluovox/voxelize/clip.h"
 #include "fluovox/voxelize/tile_bins.h"
 #include "fluovox/voxelize/voxel_tile.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/Prune.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
 
 #include <algorithm>
 #include <array>
@@ -70,24 +70,35 @@ void add_in_pieces(Mesh& caps, const std::array<Vec3, 3>& corners) {
     }
 }
 
+Vec3 to_voxels(const Vec3& position_um, const Lattice& lattice) {
+    Vec3 placed;
+    for (int axis = 0; axis < 3; ++axis)
+        placed[axis] = position_um[axis] / lattice.voxel_um - lattice.corner[static_cast<std::size_t>(axis)];
+    return placed;
+}
+
 VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& lattice, InsideRule rule) {
     VoxelSurface surface;
     Mesh open_caps;
     for (const SolidMesh& solid : solids) {
-        const auto offset = static_cast<std::uint32_t>(surface.mesh.vertices.size());
-        for (const Vec3& v : solid.mesh.vertices) {
-            Vec3 placed;
-            for (int axis = 0; axis < 3; ++axis)
-                placed[axis] = v[axis] / lattice.voxel_um - lattice.corner[static_cast<std::size_t>(axis)];
-            surface.mesh.vertices.push_back(placed);
-        }
-        const auto vertex = [&](std::uint32_t number) { return surface.mesh.vertices[number + offset]; };
-        for (std::size_t t = 0; t < solid.mesh.triangles.size(); ++t) {
+        const std::size_t first_vertex = surface.mesh.vertices.size();
+        const std::size_t first_triangle = surface.mesh.triangles.size();
+        const auto offset = static_cast<std::uint32_t>(first_vertex);
+        surface.mesh.vertices.resize(first_vertex + solid.mesh.vertices.size());
+        surface.mesh.triangles.resize(first_triangle + solid.mesh.triangles.size());
+        for_items(solid.mesh.vertices.size(), [&](std::size_t v) {
+            surface.mesh.vertices[first_vertex + v] = to_voxels(solid.mesh.vertices[v], lattice);
+        });
+        for_items(solid.mesh.triangles.size(), [&](std::size_t t) {
             const auto& corners = solid.mesh.triangles[t];
-            surface.mesh.triangles.push_back({corners[0] + offset, corners[1] + offset, corners[2] + offset});
-            if (t < solid.first_cap || rule == InsideRule::Stab) continue;
+            surface.mesh.triangles[first_triangle + t] = {corners[0] + offset, corners[1] + offset,
+                                                          corners[2] + offset};
+        });
+        for (std::size_t t = solid.first_cap; t < solid.mesh.triangles.size() && rule != InsideRule::Stab; ++t) {
             if (rule == InsideRule::Auto && solid.cap_is_sure[t - solid.first_cap] != 0) continue;
-            add_in_pieces(open_caps, {vertex(corners[0]), vertex(corners[1]), vertex(corners[2])});
+            const auto& corners = surface.mesh.triangles[first_triangle + t];
+            const auto& vertices = surface.mesh.vertices;
+            add_in_pieces(open_caps, {vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]});
         }
     }
     surface.open_caps = WindingTree(open_caps);
@@ -230,14 +241,14 @@ private:
 
 double estimate_grid_bytes(const Mesh& mesh, double voxel_size_um) {
     const double side = kBlockSide * voxel_size_um;
-    double blocks = 8;
-    for (const auto& t : mesh.triangles) {
-        const Vec3& a = mesh.vertices[t[0]];
-        const Vec3& b = mesh.vertices[t[1]];
-        const Vec3& c = mesh.vertices[t[2]];
-        const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-        blocks += blocks_of_surface(length(cross(b - a, c - a)) / 2, longest, side);
-    }
+    const double blocks = 8 + sum_of(mesh.triangles.size(), [&](std::size_t number) {
+                              const auto& t = mesh.triangles[number];
+                              const Vec3& a = mesh.vertices[t[0]];
+                              const Vec3& b = mesh.vertices[t[1]];
+                              const Vec3& c = mesh.vertices[t[2]];
+                              const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+                              return blocks_of_surface(length(cross(b - a, c - a)) / 2, longest, side);
+                          });
     return kLeafBytes * std::min(blocks, blocks_of_box(mesh_bounds(mesh), side));
 }
 
@@ -256,6 +267,12 @@ void require_affordable(double bytes, const Bounds& bounds_um, const VoxelizeSet
 
 namespace {
 
+struct FilledTile {
+    TileTask task;
+    TileResult result;
+    std::vector<Leaf*> leaves;
+};
+
 /// Fills a grid tile by tile in parallel; `fill` makes a TileResult of a TileTask.
 template <class Fill>
 VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings, const TileBins& bins,
@@ -263,29 +280,43 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
     GridFiller filler(lattice, settings);
     VoxelizeReport report;
     progress.start("voxelizing", static_cast<long long>(bins.size()));
-    // In batches, so that finished leaves wait only shortly before they go into the tree.
-    constexpr std::size_t kBatch = 2048;
+    // Tiles are filled in any order, a few at a time, and go into the tree in theirs, so that every sum is the same
+    // for any number of threads.
+    constexpr std::size_t kBatch = 16;
+    constexpr std::size_t kBatchesAtOnce = 64;
     const double voxel_um3 = std::pow(settings.voxel_size_um, 3);
-    for (std::size_t begin = 0; begin < bins.size() && !progress.stopped(); begin += kBatch) {
-        const std::size_t count = std::min(kBatch, bins.size() - begin);
-        std::vector<TileResult> results(count);
-        std::vector<std::vector<Leaf*>> leaves(count);
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count), [&](const auto& range) {
-            for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                const TileTask task = bins.task(begin + i);
-                results[i] = fill(task);
-                leaves[i] = filler.make_leaves(task, results[i]);
-                results[i].values = {};
-                progress.advance(1);
-            }
-        });
-        for (std::size_t i = 0; i < count; ++i) {
-            filler.add(bins.task(begin + i), results[i], leaves[i]);
-            report.volume_um3 += results[i].volume * voxel_um3;
-            report.winding_um3 += results[i].winding_volume * voxel_um3;
-            report.decided_by_winding += results[i].decided_by_winding;
+    std::size_t next = 0;
+    const auto take = [&](tbb::flow_control& flow) {
+        const std::size_t begin = next;
+        if (begin >= bins.size() || progress.stopped()) flow.stop();
+        next += kBatch;
+        return begin;
+    };
+    const auto work = [&](std::size_t begin) {
+        std::vector<FilledTile> tiles;
+        for (std::size_t i = begin; i < std::min(begin + kBatch, bins.size()); ++i) {
+            FilledTile& tile = tiles.emplace_back();
+            tile.task = bins.task(i);
+            tile.result = fill(tile.task);
+            tile.leaves = filler.make_leaves(tile.task, tile.result);
+            tile.result.values = {};
+            progress.advance(1);
         }
-    }
+        return tiles;
+    };
+    const auto put = [&](const std::vector<FilledTile>& tiles) {
+        for (const FilledTile& tile : tiles) {
+            filler.add(tile.task, tile.result, tile.leaves);
+            report.volume_um3 += tile.result.volume * voxel_um3;
+            report.winding_um3 += tile.result.winding_volume * voxel_um3;
+            report.decided_by_winding += tile.result.decided_by_winding;
+        }
+    };
+    using tbb::filter_mode;
+    tbb::parallel_pipeline(kBatchesAtOnce,
+                           tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, take) &
+                               tbb::make_filter<std::size_t, std::vector<FilledTile>>(filter_mode::parallel, work) &
+                               tbb::make_filter<std::vector<FilledTile>, void>(filter_mode::serial_in_order, put));
     auto grid = filler.finish();
     report.voxels = grid->activeVoxelCount();
     if (report.voxels == 0 && !progress.stopped()) {
@@ -333,10 +364,8 @@ VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickn
     const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
     VoxelSurface surface;
     surface.mesh = std::move(layers);
-    for (Vec3& v : surface.mesh.vertices) {
-        for (int axis = 0; axis < 3; ++axis)
-            v[axis] = v[axis] / lattice.voxel_um - lattice.corner[static_cast<std::size_t>(axis)];
-    }
+    for_items(surface.mesh.vertices.size(),
+              [&](std::size_t v) { surface.mesh.vertices[v] = to_voxels(surface.mesh.vertices[v], lattice); });
     const TileBins bins(
         static_cast<std::uint32_t>(surface.mesh.triangles.size()),
         [&](std::uint32_t number) { return triangle_box(surface.mesh, number); },
