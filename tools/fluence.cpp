@@ -151,12 +151,24 @@ void add_options(CommandLine& line) {
     add("json", text("FILE"), "the energy budget; without it a table is printed");
     add("photons", text("N"), "how many are launched (default 1e6; with --rse: at most)");
     add("rse", text("R"), "stop when all that is absorbed or escaped (1 % or more) is known to this relative error");
-    add("voxel-size", text("LENGTH"), "of the grids; without it they have the voxels of the first dye that has a grid");
+    add("voxel-size", text("LENGTH"), "of the grids; without it they have the voxels of the dyes that have grids");
     add("angle-bins", text("N"), "escaped light also by its angle to the face's normal, in N even bins of 0 to 90 deg");
     add("max-bytes", text("N"), "limit for the grids' memory (default 4e9)");
     add("seed", po::value<std::uint64_t>()->value_name("N"), "instead of render.seed");
     add("set", po::value<std::vector<std::string>>()->value_name("KEY=VALUE"), "override a key of the scene file");
     line.positional("scene", 1);
+}
+
+// Light that was given up rather than followed, other than by the balance of roulette, which is zero on average.
+void warn_of_what_was_cut(const LightBudget& budget, const char* what) {
+    constexpr double kLittle = 1e-4;
+    const Estimate& cut = budget.cut;
+    if (cut.value < kLittle * budget.launched.value || cut.value < 5 * cut.standard_error) return;
+    fmt::print(
+        stderr,
+        "warning: {:.2g} % of the {} was cut: it would be reflected inside the same surfaces, or scatter, almost "
+        "for ever (or render.max_scatterings stops it)\n",
+        100 * cut.value / budget.launched.value, what);
 }
 
 }  // namespace
@@ -193,9 +205,11 @@ ExitCode run_fluence(const std::vector<std::string>& arguments) {
         print_table("excitation (shares of the photons launched)", result.share.excitation, result.watts.excitation,
                     scene);
         if (!scene.dyes.empty()) print_table("emission", result.share.emission, result.watts.emission, scene);
-        fmt::print("mean path of launched photons: {:.6g} +- {:.2g} um\n", result.mean_path_um.value,
+        fmt::print("mean path in media of photons that met one: {:.6g} +- {:.2g} um\n", result.mean_path_um.value,
                    result.mean_path_um.standard_error);
     }
+    warn_of_what_was_cut(result.share.excitation, "light");
+    warn_of_what_was_cut(result.share.emission, "fluorescence");
     if (result.bound_violations > 0)
         fmt::print(stderr, "warning: {} bounds were exceeded: the result is biased\n", result.bound_violations);
     if (!line.common().quiet) {

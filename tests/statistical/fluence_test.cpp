@@ -120,6 +120,61 @@ TEST(Fluence, MeanPathInUniformLightDependsOnShapeAndIndexAlone) {
     EXPECT_GT(std::abs(z(furnace(1.37).mean_path_um, expected * 1.39 * 1.39)), 5);
 }
 
+// A ball in its box of air: photons that miss it count for nothing, those it reflects for one each.
+TEST(Fluence, MeanPathIsThatInMediaOfPhotonsThatMetOne) {
+    Light light;
+    light.shape = UniformLight{1};
+    light.spectrum.lines = {{kBlue, 1}};
+    for (const double index : {1.0, 1.4}) {
+        SceneMedium ball = host(SphereRegion{{5, 6, 7}, 2}, 1, 0, 0.5);
+        if (index != 1) ball.refractive_index = index;
+        const Estimate path = trace(scene_of({ball}, light), 100000).mean_path_um;
+        EXPECT_LT(std::abs(z(path, 4.0 / 3 * 2 * index * index)), 5) << index;
+        EXPECT_LT(path.standard_error, 0.01 * path.value) << index;
+        EXPECT_GT(std::abs(z(path, 4.0 / 3 * 2.1 * index * index)), 5) << index;
+    }
+}
+
+// Two cells with dyes on lattices of their own: each dye's absorbed power lies on its own voxels.
+TEST(Fluence, EachDyesGridKeepsItsOwnVoxels) {
+    Affine turned;
+    turned.rows = {Vec3{0.8, -0.6, 0}, Vec3{0.6, 0.8, 0}, Vec3{0, 0, 1}};
+    turned.offset = {3, 0, 0};
+    const auto cell = [](const Affine& map) {
+        return SparseGrid::from_function({0, 0, 0}, {6, 6, 6}, map, [](Voxel) { return 1; });
+    };
+    Light light;
+    light.shape = UniformLight{1};
+    light.spectrum.lines = {{kBlue, 1}};
+    Scene scene = scene_of({dye_in(cell({}), 0), dye_in(cell(turned), 1), dye_in(cell({}), 1)}, light);
+    const char* names[] = {"one", "two", "three"};
+    for (std::size_t m = 0; m < 3; ++m)
+        scene.media[m].name = names[m];
+    scene.dyes = {flat_dye(0.05, 400, 490, 500, 510, 0.5), flat_dye(0.02, 400, 490, 500, 510, 0.5)};
+    FluenceSettings settings;
+    settings.photons = 100000;
+    settings.grids = true;
+    NoProgress progress;
+    const FluenceResult result = trace_fluence(scene, settings, progress);
+    std::vector<std::string> found;
+    for (const BrickField& grid : result.grids) {
+        found.push_back(grid.name);
+        for (std::size_t m = 0; m < 3; ++m) {
+            if (grid.name != std::string("absorbed.") + names[m]) continue;
+            EXPECT_EQ(grid.world_from_index.rows[0].x, m == 1 ? 0.8 : 1);
+            double watts = 0;
+            for (const float value : grid.values)
+                watts += static_cast<double>(value) * 1e-9;  // W/mm3 in a voxel of 1 um3
+            const Estimate& budget = result.watts.excitation.absorbed[m];
+            EXPECT_NEAR(watts / budget.value, 1, 1e-5) << names[m];
+        }
+    }
+    const std::vector<std::string> expected = {"fluence.excitation",   "fluence.emission", "fluence.excitation.two",
+                                               "fluence.emission.two", "absorbed.one",     "absorbed.two",
+                                               "absorbed.three"};
+    EXPECT_EQ(found, expected);
+}
+
 // Half space of index 1.5, isotropic, albedo 0.9: 4 % specular and 0.2199186 diffuse. Giovanelli, Opt. Acta 2 (1955)
 // 153; more digits by adding-doubling.
 TEST(Fluence, GiovanelliHalfSpaceKeepsSpecularApart) {

@@ -49,7 +49,6 @@ Case furnace_case(const std::string& name, SceneMedium body, double expected) {
 }
 
 void add_furnaces(std::vector<Case>& cases) {
-    constexpr double kPi = std::numbers::pi;
     const BoxRegion box{{0, 0, 0}, {1, 2, 3}};
     cases.push_back(furnace_case("box", host(box, 2, 0, 0.5), 4.0 * 6 / 22));
     SceneMedium glass = host(box, 4, 0, 0.5);
@@ -57,9 +56,7 @@ void add_furnaces(std::vector<Case>& cases) {
     cases.push_back(furnace_case("box of index 1.37", glass, 4.0 * 6 / 22 * 1.37 * 1.37));
     SceneMedium sphere = host(SphereRegion{{0, 0, 0}, 1}, 3, 0, 0.8);
     sphere.refractive_index = 1.33;
-    const double volume = 4.0 / 3 * kPi;
-    cases.push_back(
-        furnace_case("sphere of index 1.33 in its clear box", sphere, 4.0 * (8 - volume + volume * 1.33 * 1.33) / 24));
+    cases.push_back(furnace_case("sphere of index 1.33", sphere, 4.0 / 3 * 1.33 * 1.33));
     Affine voxels;
     const auto noise = [](Voxel v) {
         Rng rng(7, static_cast<std::uint64_t>(v.x * 1000 + v.y), static_cast<std::uint64_t>(v.z));

@@ -2,6 +2,7 @@
 
 #include "fluovox/core/text.h"
 #include "fluovox/scene/read_scene.h"
+#include "fluovox/volume/region_nesting.h"
 
 #include <fmt/format.h>
 
@@ -25,6 +26,22 @@ void require_apertures(const SceneTable& root, const SceneDescription& scene) {
     if (root.has("camera")) require(root.table("camera"));
     for (const SceneTable& light : root.tables("light"))
         require(light);
+}
+
+/// Where regions of different refractive index overlap in part it would not be known which one holds.
+void require_nested(const SceneDescription& scene) {
+    for (std::size_t i = 0; i < scene.media.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) {
+            const MediumDescription& a = scene.media[j];
+            const MediumDescription& b = scene.media[i];
+            if (!a.refractive_index || !b.refractive_index || a.grid || b.grid) continue;
+            if (*a.refractive_index == *b.refractive_index || nested_or_apart(a.region, b.region)) continue;
+            throw SceneError(b.where,
+                             fmt::format("\"{}\" and \"{}\" overlap in part, with different refractive indices ({} and "
+                                         "{}); put one wholly inside the other, or let them only touch",
+                                         a.name, b.name, *a.refractive_index, *b.refractive_index));
+        }
+    }
 }
 
 void warn_of_what_is_absent(SceneDescription& scene) {
@@ -61,10 +78,9 @@ SceneDescription parse_scene_description(const std::string& text, const std::fil
     scene.render = read_render(root);
     scene.remarks = std::move(context.remarks);
     scene.warnings = std::move(context.warnings);
-    if (has_view) {
-        require_apertures(root, scene);
-        if (has_view) require_film_fits(root, scene);
-    }
+    require_nested(scene);
+    require_apertures(root, scene);
+    if (has_view) require_film_fits(root, scene);
     warn_of_what_is_absent(scene);
     return scene;
 }

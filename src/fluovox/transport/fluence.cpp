@@ -52,16 +52,22 @@ int exit_face(const Bounds& box, const Ray& ray) {
 /// Adds up what happens to photons: the sums of one batch, and the voxels of all.
 class BudgetSink {
 public:
-    BudgetSink(const Scene& scene, const PhotonSpace& space, const BudgetLayout& layout, VoxelTally* voxels)
-        : scene_(&scene), bounds_(space.bounds()), layout_(layout), voxels_(voxels) {}
+    BudgetSink(const Scene& scene, const PhotonSpace& space, const BudgetLayout& layout,
+               std::vector<VoxelTally>& voxels)
+        : scene_(&scene), bounds_(space.bounds()), layout_(layout), voxels_(&voxels) {
+        for (const SceneMedium& medium : scene.media) {
+            if (medium.grid) grid_boxes_.push_back(BoxRegion{medium.grid->bounds().min, medium.grid->bounds().max});
+        }
+    }
 
-    /// Row of sums: photons of both classes, watts per photon/s of both classes, path.
+    /// Row of sums: photons of both classes, watts per photon/s of both classes, those that met a medium, path.
     void start_batch(std::vector<double>& row) { row_ = row.data(); }
     void launched(const Photon& photon, std::uint64_t seed, std::uint64_t number) {
         set_class(photon);
         add(BudgetLayout::kLaunched, photon.weight);
+        met_ = false;
         // The voxels' rounding has numbers of its own, so that asking for grids does not change the photons.
-        if (voxels_ != nullptr) voxel_rng_ = Rng(seed, number, kVoxelStream);
+        if (!voxels_->empty()) voxel_rng_ = Rng(seed, number, kVoxelStream);
     }
 
     void emission(const Photon& photon) {
@@ -69,15 +75,16 @@ public:
         add(BudgetLayout::kLaunched, photon.weight);
     }
     void flight(const Photon& photon, const Flight& flight, const Zone& zone) {
-        if (photon.order == 0) add_path(flight, zone);
-        if (voxels_ != nullptr) flight_in_voxels(flight, zone);
+        if (photon.order == 0) add_path(photon, flight, zone);
+        if (!voxels_->empty()) flight_in_voxels(flight, zone);
     }
     void absorbed(const Photon& /*photon*/, int medium, double weight) {
         add(layout_.absorbed(static_cast<std::size_t>(medium)), weight);
     }
     void absorbed(const Photon& photon, int medium, double weight, Vec3 position) {
         absorbed(photon, medium, weight);
-        if (voxels_ != nullptr) voxels_->add_point(position, kAbsorbed + medium, weight * relative_energy_, voxel_rng_);
+        for (VoxelTally& voxels : *voxels_)
+            voxels.add_point(position, kAbsorbed + medium, weight * relative_energy_, voxel_rng_);
     }
     void converted(const Photon& /*photon*/, int dye, double absorbed, double reemitted) {
         const auto d = static_cast<std::size_t>(dye);
@@ -100,8 +107,15 @@ public:
     void cut(const Photon& /*photon*/, double weight) { add(BudgetLayout::kCut, weight); }
     void vertex(const Photon& /*photon*/, int /*medium*/) {}
 
-    static std::size_t row_size(const BudgetLayout& layout) { return 4 * layout.size() + 1; }
-    static std::size_t path_at(const BudgetLayout& layout) { return 4 * layout.size(); }
+    static std::size_t row_size(const BudgetLayout& layout) { return 4 * layout.size() + 3; }
+    static std::size_t met_at(const BudgetLayout& layout) { return 4 * layout.size(); }
+    static std::size_t path_at(const BudgetLayout& layout) { return 4 * layout.size() + 1; }
+    /// Both together, the path in sizes of the box: from the three variances follows the covariance.
+    static std::size_t path_and_met_at(const BudgetLayout& layout) { return 4 * layout.size() + 2; }
+    static double path_unit_um(const Bounds& bounds) {
+        const double size = length(bounds.size());
+        return std::isfinite(size) && size > 0 ? size : 1;
+    }
     /// Wavelength whose photons count one in the voxels.
     static constexpr double kVoxelReference_nm = 500;
 
@@ -120,16 +134,37 @@ private:
         class_row_[at] += weight;
         class_row_[2 * layout_.size() + at] += weight * energy_;
     }
-    void add_path(const Flight& flight, const Zone& zone) {
-        double length = flight.length_um;
-        if (zone.inside == 0) {
-            length = std::min(length, intersect(BoxRegion{bounds_.min, bounds_.max}, flight.ray).end) -
-                     intersect(BoxRegion{bounds_.min, bounds_.max}, flight.ray).begin;
-            if (!(length > 0)) return;
+    // In media: within regions, or within the box of a grid.
+    void add_path(const Photon& photon, const Flight& flight, const Zone& zone) {
+        const double length = zone.inside != 0 ? flight.length_um : length_in_grids(flight);
+        if (!met_ && (length > 0 || photon.refractions > 0)) {
+            met_ = true;
+            row_[met_at(layout_)] += 1;
+            row_[path_and_met_at(layout_)] += 1;
         }
-        double path = flight.weight * length;
+        double path = length > 0 ? flight.weight * length : 0;
         if (zone.absorption > 0) path = flight.lost / zone.absorption;
-        if (std::isfinite(path)) row_[path_at(layout_)] += path;
+        if (!std::isfinite(path)) return;
+        row_[path_at(layout_)] += path;
+        row_[path_and_met_at(layout_)] += path / path_unit_um(bounds_);
+    }
+    double length_in_grids(const Flight& flight) const {
+        double length = 0;
+        double counted_to = 0;
+        // Boxes may overlap: each goes on from where the one before it ended.
+        std::vector<Interval>& chords = chords_;
+        chords.clear();
+        for (const Region& box : grid_boxes_)
+            chords.push_back(intersect(box, flight.ray));
+        std::sort(chords.begin(), chords.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
+        for (const Interval& chord : chords) {
+            const double begin = std::max(chord.begin, counted_to);
+            const double end = std::min(chord.end, flight.length_um);
+            if (!(end > begin)) continue;
+            length += end - begin;
+            counted_to = end;
+        }
+        return length;
     }
     void flight_in_voxels(const Flight& flight, const Zone& zone) {
         shares_.clear();
@@ -138,13 +173,17 @@ private:
             const double absorption = media_->optics(medium).absorption;
             if (absorption > 0) shares_.push_back({kAbsorbed + medium, absorption * relative_energy_});
         }
-        voxels_->add_flight(flight.ray, flight.length_um, flight.weight, zone.absorption, shares_, voxel_rng_);
+        for (VoxelTally& voxels : *voxels_)
+            voxels.add_flight(flight.ray, flight.length_um, flight.weight, zone.absorption, shares_, voxel_rng_);
     }
 
     const Scene* scene_;
     Bounds bounds_;
     BudgetLayout layout_;
-    VoxelTally* voxels_;
+    std::vector<VoxelTally>* voxels_;
+    std::vector<Region> grid_boxes_;
+    mutable std::vector<Interval> chords_;
+    bool met_ = false;
     const PhotonMedia* media_ = nullptr;
     Rng voxel_rng_{0, 0, 0};
     std::vector<VoxelTally::Share> shares_;
@@ -208,9 +247,7 @@ public:
             limits_.scatterings_are_physical = true;
         }
         limits_.majorant_factor = settings.majorant_factor;
-        if (settings.grids)
-            voxels_.emplace(lattice(), kAbsorbed + static_cast<int>(scene.media.size()),
-                            static_cast<double>(settings.photons));
+        if (settings.grids) make_voxels();
     }
 
     FluenceResult run(Progress& progress) {
@@ -235,7 +272,7 @@ private:
     static constexpr int kAllOrders = 1000;
 
     struct Worker {
-        Worker(const FluenceRun& run, VoxelTally* voxels)
+        Worker(const FluenceRun& run, std::vector<VoxelTally>& voxels)
             : tracer(*run.scene_, run.space_, run.limits_), sink(*run.scene_, run.space_, run.layout_, voxels) {
             sink.set_optics(&tracer.media());
         }
@@ -243,18 +280,24 @@ private:
         BudgetSink sink;
     };
 
-    VoxelLattice lattice() const {
-        VoxelLattice lattice = chosen_lattice();
-        const double bytes = VoxelTally::bytes(lattice, kAbsorbed + static_cast<int>(scene_->media.size()));
+    void make_voxels() {
+        const int fields = kAbsorbed + static_cast<int>(scene_->media.size());
+        std::vector<VoxelLattice> lattices = chosen_lattices();
+        double bytes = 0;
+        for (const VoxelLattice& lattice : lattices)
+            bytes += VoxelTally::bytes(lattice, fields);
         if (bytes > settings_.max_bytes) {
             throw InputError(
                 fmt::format("the fluence grids would take {:.3g} GB, more than the limit of {:.3g} GB; ask "
                             "for larger voxels (--voxel-size) or raise --max-bytes",
                             bytes * 1e-9, settings_.max_bytes * 1e-9));
         }
-        return lattice;
+        for (VoxelLattice& lattice : lattices)
+            voxels_.emplace_back(std::move(lattice), fields, static_cast<double>(settings_.photons));
     }
-    VoxelLattice chosen_lattice() const {
+    // One for all, or those of each dye's grid; `own_lattice_` then says which medium has which.
+    std::vector<VoxelLattice> chosen_lattices() {
+        own_lattice_.assign(scene_->media.size(), 0);
         const SourceLocation place{scene_->description.file, 1, 1};
         if (settings_.voxel_um) {
             const Vec3 size = space_.bounds().size();
@@ -267,11 +310,18 @@ private:
                                 "--max-bytes",
                                 voxels));
             }
-            return VoxelLattice::filling(space_.bounds(), *settings_.voxel_um);
+            return {VoxelLattice::filling(space_.bounds(), *settings_.voxel_um)};
         }
-        for (const SceneMedium& medium : scene_->media) {
-            if (medium.grid && medium.dye >= 0) return VoxelLattice::of(*medium.grid);
+        std::vector<VoxelLattice> lattices;
+        for (std::size_t m = 0; m < scene_->media.size(); ++m) {
+            const SceneMedium& medium = scene_->media[m];
+            if (!medium.grid || medium.dye < 0) continue;
+            VoxelLattice lattice = VoxelLattice::of(*medium.grid);
+            const auto known = std::find(lattices.begin(), lattices.end(), lattice);
+            own_lattice_[m] = static_cast<std::size_t>(known - lattices.begin());
+            if (known == lattices.end()) lattices.push_back(std::move(lattice));
         }
+        if (!lattices.empty()) return lattices;
         throw SceneError(place,
                          "no dye has a grid whose voxels could be used; say how large voxels shall be "
                          "(--voxel-size 1um)");
@@ -284,7 +334,7 @@ private:
         std::vector<std::vector<double>> rows(static_cast<std::size_t>(batches));
         tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, batches, 1), [&](const auto& range) {
             auto& worker = workers_.local();
-            if (!worker) worker = std::make_unique<Worker>(*this, voxels_ ? &*voxels_ : nullptr);
+            if (!worker) worker = std::make_unique<Worker>(*this, voxels_);
             for (std::int64_t b = range.begin(); b < range.end() && !progress.stopped(); ++b)
                 trace_batch(*worker, first + b, rows[static_cast<std::size_t>(b)], progress);
         });
@@ -323,34 +373,58 @@ private:
         result.photons = done_;
         const std::vector<Estimate> shares = means_.estimates(1);
         result.share = budgets(shares, 0);
-        result.mean_path_um = shares[BudgetSink::path_at(layout_)];
+        result.mean_path_um = mean_path_um(shares);
         result.watts = budgets(means_.estimates(source_.photons_per_s()), 1);
         result.stopped = stopped;
         for (const auto& worker : workers_) {
             result.bound_violations += worker->tracer.bound_violations();
             result.scatterings += worker->tracer.scatterings();
         }
-        if (voxels_ && done_ > 0) add_grids(result);
+        if (!voxels_.empty() && done_ > 0) add_grids(result);
         return result;
+    }
+
+    // Of photons that met a medium: a ratio of two sums.
+    Estimate mean_path_um(const std::vector<Estimate>& shares) const {
+        const Estimate& met = shares[BudgetSink::met_at(layout_)];
+        const Estimate& path = shares[BudgetSink::path_at(layout_)];
+        if (!(met.value > 0)) return {};
+        const double unit = BudgetSink::path_unit_um(space_.bounds());
+        const double path_variance = std::pow(path.standard_error / unit, 2);
+        const double met_variance = std::pow(met.standard_error, 2);
+        const double both = std::pow(shares[BudgetSink::path_and_met_at(layout_)].standard_error, 2);
+        const double covariance = 0.5 * (both - path_variance - met_variance);
+        const double ratio = path.value / unit / met.value;
+        const double variance = path_variance + ratio * ratio * met_variance - 2 * ratio * covariance;
+        return {path.value / met.value, unit * std::sqrt(std::max(0.0, variance)) / met.value};
     }
 
     void add_grids(FluenceResult& result) const {
         // Watts of one photon of the reference wavelength among those launched.
         const double watts =
             source_.photons_per_s() * photon_energy_J(BudgetSink::kVoxelReference_nm) / static_cast<double>(done_);
-        const double per_volume = watts / voxels_->voxel_volume_um3();
         constexpr double kPerMm2 = 1e6, kPerMm3 = 1e9;
-        const auto add = [&](int field, double factor, const std::string& name, const char* unit) {
-            BrickField& grid = result.grids.emplace_back(voxels_->field(field, factor * per_volume));
+        const auto add = [&](std::size_t lattice, int field, double factor, const std::string& name, const char* unit) {
+            const VoxelTally& voxels = voxels_[lattice];
+            BrickField& grid =
+                result.grids.emplace_back(voxels.field(field, factor * watts / voxels.voxel_volume_um3()));
             grid.name = name;
             grid.metadata.value_unit = unit;
             grid.metadata.length_unit = "um";
             grid.metadata.fluovox_version = version();
         };
-        add(0, kPerMm2, "fluence.excitation", "W/mm2");
-        if (!scene_->dyes.empty()) add(1, kPerMm2, "fluence.emission", "W/mm2");
+        for (std::size_t lattice = 0; lattice < voxels_.size(); ++lattice) {
+            const std::string of = lattice == 0 ? "" : '.' + scene_->media[first_medium_of(lattice)].name;
+            add(lattice, 0, kPerMm2, "fluence.excitation" + of, "W/mm2");
+            if (!scene_->dyes.empty()) add(lattice, 1, kPerMm2, "fluence.emission" + of, "W/mm2");
+        }
         for (std::size_t m = 0; m < scene_->media.size(); ++m)
-            add(kAbsorbed + static_cast<int>(m), kPerMm3, "absorbed." + scene_->media[m].name, "W/mm3");
+            add(own_lattice_[m], kAbsorbed + static_cast<int>(m), kPerMm3, "absorbed." + scene_->media[m].name,
+                "W/mm3");
+    }
+    std::size_t first_medium_of(std::size_t lattice) const {
+        return static_cast<std::size_t>(std::find(own_lattice_.begin(), own_lattice_.end(), lattice) -
+                                        own_lattice_.begin());
     }
 
     const Scene* scene_;
@@ -359,7 +433,8 @@ private:
     PhotonSource source_;
     BudgetLayout layout_;
     PhotonLimits limits_;
-    std::optional<VoxelTally> voxels_;
+    std::vector<VoxelTally> voxels_;
+    std::vector<std::size_t> own_lattice_;  // of each medium; the first where it has none
     BatchMeans means_;
     std::int64_t batch_ = 1, done_ = 0;
     tbb::enumerable_thread_specific<std::unique_ptr<Worker>> workers_;

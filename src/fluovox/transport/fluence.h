@@ -19,7 +19,7 @@ struct FluenceSettings {
     std::uint64_t seed = 1;
     int angle_bins = 0;              ///< escaped light by angle, in so many even bins from 0 to 90 degrees
     bool grids = false;              ///< fluence and absorbed power in voxels
-    std::optional<double> voxel_um;  ///< cubes of this size; otherwise the voxels of the first dye that has a grid
+    std::optional<double> voxel_um;  ///< cubes of this size; otherwise the voxels of the dyes that have grids
     double max_bytes = 4e9;          ///< of the grids
     double majorant_factor = 1;      ///< makes the bounds of grids too high, which must change nothing
 };
@@ -28,7 +28,9 @@ struct FluenceResult {
     std::int64_t photons = 0;
     EnergyBudget share;     ///< of the photons launched
     EnergyBudget watts;     ///< for the power of the scene
-    Estimate mean_path_um;  ///< of launched photons before conversion, in the box around all media
+    Estimate mean_path_um;  ///< in media (regions, boxes of grids), of photons that met one, before conversion
+    /// Fluence and absorbed power. Without `voxel_um` on the voxels of the dyes' grids: where these differ each dye's
+    /// absorbed power is on its own, and fluence on those of the second, third ... is named after the medium.
     std::vector<BrickField> grids;
     std::int64_t bound_violations = 0;
     std::int64_t scatterings = 0;

@@ -2,14 +2,36 @@
 
 #include "fluovox/optics/light_emission.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace fluovox {
+namespace {
 
-PhotonSource::PhotonSource(const Scene& scene, const PhotonSpace& space) : scene_(&scene), space_(&space) {
+// Rays as they are in the medium where the light starts.
+void into_medium(Light& light, const PhotonSpace& space, const SourceLocation& place) {
+    const auto widen = [&](auto& beam) {
+        if (!(beam.numerical_aperture > 0)) return;
+        const double index = space.refractive_index(space.inside_at({beam.position, beam.direction}));
+        if (beam.numerical_aperture >= index) {
+            throw SceneError(place, fmt::format("numerical_aperture = {} must be below {}, the refractive index where "
+                                                "this light starts",
+                                                beam.numerical_aperture, index));
+        }
+        beam.numerical_aperture /= index;
+    };
+    if (auto* sheet = std::get_if<SheetLight>(&light.shape)) widen(*sheet);
+    if (auto* beam = std::get_if<BeamLight>(&light.shape)) widen(*beam);
+}
+
+}  // namespace
+
+PhotonSource::PhotonSource(const Scene& scene, const PhotonSpace& space) : lights_(scene.lights), space_(&space) {
     const SourceLocation place = scene.description.lights.empty() ? SourceLocation{scene.description.file, 1, 1}
                                                                   : scene.description.lights.front().where;
-    for (const Light& light : scene.lights) {
+    for (Light& light : lights_) {
+        into_medium(light, space, place);
         rates_.push_back(emitted_photons(light, space.bounds()));
         total_ += rates_.back();
         if (!std::isfinite(rates_.back())) {
@@ -33,8 +55,8 @@ Photon PhotonSource::launch(Rng& rng, std::size_t& light) const {
         }
     }
     Photon photon;
-    photon.ray = sample_emission(scene_->lights[light], space_->bounds(), rng);
-    photon.wavelength_nm = sample_emitted_wavelength(scene_->lights[light], rng);
+    photon.ray = sample_emission(lights_[light], space_->bounds(), rng);
+    photon.wavelength_nm = sample_emitted_wavelength(lights_[light], rng);
     photon.inside = space_->inside_at(photon.ray);
     photon.from_outside = space_->refractive_index(photon.inside) == 1;
     return photon;

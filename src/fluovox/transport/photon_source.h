@@ -1,6 +1,7 @@
 #pragma once
 
 #include "fluovox/core/rng.h"
+#include "fluovox/optics/light.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/transport/photon.h"
 #include "fluovox/transport/photon_space.h"
@@ -9,10 +10,12 @@
 
 namespace fluovox {
 
-/// Launches photons from all lights of a scene, each light in proportion to the photons it sends out.
+/// Launches photons from all lights of a scene, each light in proportion to the photons it sends out. The numerical
+/// aperture of a sheet or beam is n sin(theta) in the medium where it starts.
 class PhotonSource {
 public:
-    /// Throws SceneError when no light sends out anything, or uniform light has no finite box to come in through.
+    /// Throws SceneError when no light sends out anything, uniform light has no finite box to come in through, or a
+    /// numerical aperture is not below the index where the light starts.
     PhotonSource(const Scene& scene, const PhotonSpace& space);
 
     /// Of all lights together, per second.
@@ -22,7 +25,7 @@ public:
     Photon launch(Rng& rng, std::size_t& light) const;
 
 private:
-    const Scene* scene_;
+    std::vector<Light> lights_;
     const PhotonSpace* space_;
     std::vector<double> rates_;
     double total_ = 0;

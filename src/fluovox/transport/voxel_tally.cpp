@@ -15,9 +15,14 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr int kBrick = SparseGrid::kBrickSize;
 constexpr std::size_t kVoxels = std::size_t{kBrick} * kBrick * kBrick;
 
+// In the brick or next to it: values reach half a voxel beyond their own, being trilinear.
 bool has_values(const SparseGrid& grid, Voxel origin) {
-    for (int i = 0; i < static_cast<int>(kVoxels); ++i) {
-        if (grid.value({origin.x + (i >> 6), origin.y + ((i >> 3) & 7), origin.z + (i & 7)}) > 0) return true;
+    for (int x = -1; x <= kBrick; ++x) {
+        for (int y = -1; y <= kBrick; ++y) {
+            for (int z = -1; z <= kBrick; ++z) {
+                if (grid.value({origin.x + x, origin.y + y, origin.z + z}) > 0) return true;
+            }
+        }
     }
     return false;
 }
@@ -66,6 +71,13 @@ VoxelLattice VoxelLattice::of(const SparseGrid& grid) {
         }
     }
     return lattice;
+}
+
+bool operator==(const VoxelLattice& a, const VoxelLattice& b) {
+    const auto same = [](const Voxel& v, const Voxel& w) { return v.x == w.x && v.y == w.y && v.z == w.z; };
+    return a.world_from_index.rows == b.world_from_index.rows &&
+           a.world_from_index.offset == b.world_from_index.offset &&
+           std::equal(a.bricks.begin(), a.bricks.end(), b.bricks.begin(), b.bricks.end(), same);
 }
 
 double VoxelTally::bytes(const VoxelLattice& lattice, int fields) {

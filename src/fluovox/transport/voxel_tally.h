@@ -20,8 +20,10 @@ struct VoxelLattice {
 
     /// Cubes of `voxel_um` that fill a finite box from its lowest corner.
     static VoxelLattice filling(const Bounds& box, double voxel_um);
-    /// The voxels of a grid, by bricks that hold any value.
+    /// The voxels of a grid, by bricks that hold any value or are next to one.
     static VoxelLattice of(const SparseGrid& grid);
+
+    friend bool operator==(const VoxelLattice& a, const VoxelLattice& b);
 };
 
 /// Sums over voxels that many threads add to. They are integers (fixed point), so the order of adding does not matter;

@@ -188,6 +188,25 @@ TEST_F(SceneComplaints, UnknownDyesNameTheClosest) {
     EXPECT_EQ(complaint(with(kScene, "dye  = \"EGFP\"", "dye = \"my.toml\"")).substr(0, 23), "4 scene.toml:3:7: mediu");
 }
 
+TEST_F(SceneComplaints, RegionsOfDifferentIndexMustNotOverlapInPart) {
+    const auto two = [&](const std::string& second) {
+        return complaint(
+            with(kScene, "region     = \"everywhere\"",
+                 "refractive_index = 1.4\nregion = { sphere = { center = [\"0 um\", \"0 um\", \"0 um\"], "
+                 "radius = \"10 um\" } }\n[[medium]]\nrefractive_index = 1.5\nregion = { sphere = { center = "
+                 "[\"0 um\", \"0 um\", \"0 um\"], " +
+                     second + " } }"));
+    };
+    EXPECT_EQ(two("radius = \"5 um\""), "no complaint");
+    EXPECT_EQ(
+        complaint(with(kScene, "region     = \"everywhere\"",
+                       "refractive_index = 1.4\nregion = { slab = { axis = \"z\", min = \"0 um\", max = \"10 um\" "
+                       "} }\n[[medium]]\nrefractive_index = 1.5\nregion = { slab = { axis = \"z\", min = \"5 um\" } "
+                       "}")),
+        "3 scene.toml:17:1: error: \"host1\" and \"host2\" overlap in part, with different refractive indices (1.4 "
+        "and 1.5); put one wholly inside the other, or let them only touch");
+}
+
 TEST_F(SceneComplaints, PhaseFunctionsThatAreNoneAreTold) {
     const auto phase = [&](const std::string& value) {
         return complaint(with(kScene, "anisotropy = 0.9", "phase_function = " + value));
