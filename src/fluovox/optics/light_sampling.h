@@ -20,10 +20,10 @@ struct LightSample {
 /// `u1`, `u2` uniform in [0, 1). Averages over the draws to the fluence rate per unit of emitted power.
 std::optional<LightSample> sample_light(const Light& light, Vec3 position_um, double u1, double u2);
 
-/// The stretch of a ray where a light shines on it, as a density along the ray to draw points from: the beam's own
-/// profile for sheets and beams, equiangular for points. Always right as a density; how well it fits the light
-/// (focused sheets are taken at one width) only matters for noise.
-/// Equiangular: Kulla & Fajardo, Comput. Graph. Forum 31 (2012) 1519.
+/// The stretch of a ray where a light shines on it, as a density along the ray to draw points from: about the
+/// beam's own profile for sheets and beams, equiangular for points. Always right as a density; how well it fits the
+/// light (focused sheets are taken at one width) only matters for noise. Equiangular: Kulla & Fajardo, Comput. Graph.
+/// Forum 31 (2012) 1519.
 class LitSection {
 public:
     /// `domain`: the part of the ray where a point is of any use.
@@ -35,19 +35,19 @@ public:
     double pdf(double t_um) const;
 
 private:
-    enum class Kind { None, Uniform, Normal, Equiangular };
+    enum class Kind { None, Uniform, Bell, Equiangular };
 
     void set(const SheetLight& sheet, const Ray& ray);
     void set(const BeamLight& beam, const Ray& ray);
     void set(const PointLight& point, const Ray& ray);
     void set(const RectangleLight& /*light*/, const Ray& /*ray*/) {}
     void set(const UniformLight& /*light*/, const Ray& /*ray*/) {}
-    void set_normal(double center, double sigma);
+    void set_bell(double center, double sigma);
     void set_uniform();
 
     Kind kind_ = Kind::None;
     Interval lit_;
-    double center_ = 0, scale_ = 0;  // of the normal; point of closest approach and its distance
+    double center_ = 0, scale_ = 0;  // of the bell; point of closest approach and its distance
     double low_ = 0, high_ = 0;      // cumulative probability or angle at the two ends
 };
 

@@ -55,6 +55,10 @@ constexpr Lanes operator+(Lanes a, const Lanes& b) {
     return a += b;
 }
 
+/// exp(-depth) in the first `count` lanes, to 4e-16 of its value; 0 beyond 708, and in the other lanes. The same bytes
+/// on every machine, and a few times faster than a call per lane. Depths may be infinite, not NaN.
+Lanes exp_minus(const Lanes& depth, int count);
+
 /// The wavelengths of one path; the first is the hero, which steers it.
 /// Wilkie et al., "Hero wavelength spectral sampling", EGSR 2014.
 struct Wavelengths {

@@ -34,6 +34,7 @@ Spectrum::Spectrum(std::vector<double> wavelengths_nm, std::vector<double> value
         const double step = wavelengths_nm_[i] - wavelengths_nm_[i - 1];
         if (!(step > 0)) throw std::invalid_argument("a spectrum's wavelengths must increase");
         cumulative_[i] = cumulative_[i - 1] + 0.5 * step * (values_[i] + values_[i - 1]);
+        slopes_.push_back((values_[i] - values_[i - 1]) / step);
     }
     // About as many stretches as knots, so that looking one up takes a step or two.
     const std::size_t stretches = values_.size();
@@ -63,8 +64,10 @@ Spectrum Spectrum::box(double from_nm, double to_nm, double value) {
 double Spectrum::operator()(double wavelength_nm) const {
     if (empty() || !(wavelength_nm >= first_nm()) || wavelength_nm > last_nm()) return 0;
     const std::size_t i = knot_above(wavelength_nm);
-    const double t = (wavelength_nm - wavelengths_nm_[i - 1]) / (wavelengths_nm_[i] - wavelengths_nm_[i - 1]);
-    return (1 - t) * values_[i - 1] + t * values_[i];
+    // From the nearer knot, so that the value at each is the one tabulated.
+    const double after = wavelength_nm - wavelengths_nm_[i - 1];
+    const double before = wavelengths_nm_[i] - wavelength_nm;
+    return after <= before ? values_[i - 1] + after * slopes_[i - 1] : values_[i] - before * slopes_[i - 1];
 }
 
 double Spectrum::integral(double from_nm, double to_nm) const {

@@ -48,6 +48,7 @@ private:
 
     std::vector<double> wavelengths_nm_;
     std::vector<double> values_;
+    std::vector<double> slopes_;             // between each knot and the next
     std::vector<double> cumulative_;         // integral from the first wavelength up to each
     std::vector<std::uint32_t> first_knot_;  // for each equal stretch of the range, the first knot above its start
     double stretches_per_nm_ = 0;

@@ -65,7 +65,7 @@ bool FilmResponse::sees(double wavelength_nm) const {
 
 void FilmResponse::add(double wavelength_nm, double photons, std::span<double> values) const {
     constexpr double um2_per_m2 = 1e12;
-    if (!passes(wavelength_nm)) return;
+    if (photons == 0 || !passes(wavelength_nm)) return;
     const double per_m2 = photons * um2_per_m2;
     const double watts = per_m2 * photon_energy_J(wavelength_nm);
     const auto& channels = spec_->channels;

@@ -19,13 +19,6 @@ double length_before(const Interval& span, double end_um) {
     return std::max(0.0, std::min(span.end, end_um) - span.begin);
 }
 
-Lanes exp_minus(const Lanes& depth, int count) {
-    Lanes result;
-    for (int k = 0; k < count; ++k)
-        result[k] = std::exp(-depth[k]);
-    return result;
-}
-
 // `whole` without `cut`; what is left may be two pieces.
 void subtract(std::vector<MediumSpan>& spans, std::size_t first, Interval cut) {
     if (cut.empty()) return;
@@ -110,9 +103,9 @@ void OpticalField::ratio_track(const SceneMedium& medium, const Ray& ray, double
                                double most, Rng& rng, Lanes& transmittance) {
     // Below this the rest is decided by roulette: the expectation stays, the walk through the dark ends.
     constexpr double kDim = 1e-3;
-    MajorantWalk walk(*medium.grid, ray, {0, end_um});
+    MajorantWalk walk(*medium.grid, ray, {0, end_um}, most);
     MajorantWalk::Segment segment;
-    double depth = rng.exponential();
+    ExponentialDistance depth(rng);
     while (walk.next(segment)) {
         if (!std::isfinite(segment.end)) {  // background for ever: a wavelength is lost in it, or not touched at all
             for (int k = 0; k < kMaxLanes; ++k) {
@@ -122,9 +115,9 @@ void OpticalField::ratio_track(const SceneMedium& medium, const Ray& ray, double
         }
         const double majorant = most * segment.bound;
         double t = segment.begin;
-        while (depth < majorant * (segment.end - t)) {
-            t += depth / majorant;
-            depth = rng.exponential();
+        while (depth.ends_within(majorant * (segment.end - t))) {
+            t += depth.rest() / majorant;
+            depth = ExponentialDistance(rng);
             ++counts_.null_collisions;
             const double share = tap(*medium.grid, walk.index_at(t), segment.bound, rng) / majorant;
             if (share == 0) continue;
@@ -138,7 +131,6 @@ void OpticalField::ratio_track(const SceneMedium& medium, const Ray& ray, double
             }
             transmittance *= kDim / left;
         }
-        depth -= majorant * (segment.end - t);
     }
 }
 
@@ -166,9 +158,9 @@ void OpticalField::delta_track(int medium, const Ray& ray, const PathOptics& opt
                                std::optional<Scattering>& nearest, Lanes& likeness) {
     const PathOptics::MediumLanes& lanes = optics.media[static_cast<std::size_t>(medium)];
     const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(medium)].grid;
-    MajorantWalk walk(grid, ray, {0, nearest ? nearest->t_um : kFar});
+    MajorantWalk walk(grid, ray, {0, nearest ? nearest->t_um : kFar}, lanes.max_scattering);
     MajorantWalk::Segment segment;
-    double depth = rng.exponential();
+    ExponentialDistance depth(rng);
     while (walk.next(segment)) {
         if (!std::isfinite(segment.end) && lanes.scattering[0] <= 0) {  // the hero leaves; others would not
             for (int k = 0; k < kMaxLanes; ++k) {
@@ -178,9 +170,9 @@ void OpticalField::delta_track(int medium, const Ray& ray, const PathOptics& opt
         }
         const double majorant = lanes.max_scattering * segment.bound;
         double t = segment.begin;
-        while (depth < majorant * (segment.end - t)) {
-            t += depth / majorant;
-            depth = rng.exponential();
+        while (depth.ends_within(majorant * (segment.end - t))) {
+            t += depth.rest() / majorant;
+            depth = ExponentialDistance(rng);
             const double share = tap(grid, walk.index_at(t), segment.bound, rng) / majorant;
             const double real = share * lanes.scattering[0];
             if (rng.uniform() < real) {
@@ -193,7 +185,6 @@ void OpticalField::delta_track(int medium, const Ray& ray, const PathOptics& opt
             for (int k = 0; k < kMaxLanes; ++k)
                 likeness[k] *= (1 - share * lanes.scattering[k]) / (1 - real);
         }
-        depth -= majorant * (segment.end - t);
     }
 }
 

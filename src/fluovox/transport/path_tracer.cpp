@@ -100,7 +100,8 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
 
     for (int vertex = 0;; ++vertex) {
         field_.gather(path.ray, here.spans);
-        find_lit_sections(path.ray, here);
+        const bool converts_here = converts && vertex == 0;
+        if (wants_light || converts_here) find_lit_sections(path.ray, converts_here ? nullptr : &task, here);
         if (wants_light) add_rectangles(path, task, pdf_per_sr, here, rng, result);
         if (wants_light && path.scatterings > 0) add_scattered_once(path, task, here, rng, result);
         if (converts) {
@@ -164,16 +165,19 @@ bool PathTracer::revisit(Drawn& drawn, const PathTask& task, Level& level) {
     if (!(drawn.weight > 0)) return false;
     drawn.stretch.beta *= drawn.all / drawn.weight;
     field_.gather(drawn.stretch.ray, level.spans);
-    find_lit_sections(drawn.stretch.ray, level);
+    find_lit_sections(drawn.stretch.ray, nullptr, level);
     level.sources.build(field_, level.brightness, drawn.stretch.ray, level.spans, *task.optics);
     return true;
 }
 
-void PathTracer::find_lit_sections(const Ray& ray, Level& level) const {
+// Of all lights or, where there is a task, of those that shine at its wavelengths.
+void PathTracer::find_lit_sections(const Ray& ray, const PathTask* task, Level& level) const {
     level.lit.clear();
     const Interval reach = field_.reach(ray, level.spans);
-    for (const Light& light : scene_->lights)
-        level.lit.emplace_back(light, ray, reach);
+    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+        const bool shines = task == nullptr || task->light_photons[l].max() > 0;
+        level.lit.emplace_back(scene_->lights[l], ray, shines ? reach : Interval{0, 0});
+    }
 }
 
 // Density with which choose_lit_section and the section's own sample find a point.

@@ -93,7 +93,7 @@ private:
     void trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
     bool revisit(Drawn& drawn, const PathTask& task, Level& level);
 
-    void find_lit_sections(const Ray& ray, Level& level) const;
+    void find_lit_sections(const Ray& ray, const PathTask* task, Level& level) const;
     double lit_pdf(const Level& level, std::size_t light, double t_um) const;
     std::optional<std::size_t> choose_lit_section(const Level& level, Rng& rng) const;
 

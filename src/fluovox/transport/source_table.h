@@ -30,7 +30,10 @@ private:
         double cumulative = 0;  // up to its end
     };
 
-    void add(Interval span, double strength, const std::vector<MediumSpan>& spans, const PathOptics& optics);
+    void add(Piece piece);
+    void add_constant(Interval span, double strength, const std::vector<MediumSpan>& spans, const PathOptics& optics);
+    void add_grid(const SparseGrid& grid, double per_uM, const Ray& ray, const std::vector<MediumSpan>& spans,
+                  const PathOptics& optics);
 
     std::vector<Piece> pieces_;
     double total_ = 0;

@@ -12,7 +12,8 @@
 namespace fluovox {
 
 /// Goes along a ray through a SparseGrid and gives its stretches with an upper bound of the trilinear field on each;
-/// stretches where the field is zero are skipped, empty nodes in one step.
+/// stretches where the field is zero are skipped, empty nodes in one step. Bounds are as fine as pays: where little
+/// would happen even at the bound of a node, or of the whole grid, that is one stretch.
 /// Amanatides & Woo, Eurographics 1987, on two levels.
 class MajorantWalk {
 public:
@@ -21,8 +22,12 @@ public:
         double bound = 0;           ///< the field is at most this there
     };
 
-    MajorantWalk(const SparseGrid& grid, const Ray& ray, Interval span)
+    /// `coefficient`: what the field is multiplied with to give collisions per micrometre. Infinite: always the finest
+    /// bounds.
+    MajorantWalk(const SparseGrid& grid, const Ray& ray, Interval span,
+                 double coefficient = std::numeric_limits<double>::infinity())
         : grid_(&grid),
+          coefficient_(coefficient),
           origin_(grid.index_from_world().point(ray.origin)),
           direction_(grid.index_from_world().direction(ray.direction)),
           t_(span.begin),
@@ -51,6 +56,11 @@ public:
                 t_ = end_;
                 return grid_->background() > 0;
             }
+            if (!outer_started_ && is_shallow(grid_->max(), leave_)) {
+                segment = {t_, leave_, grid_->max()};
+                t_ = leave_;
+                return true;
+            }
             if (!in_node_ && !start_node(segment)) continue;
             if (!in_node_) return true;
             if (next_cell(segment)) return true;
@@ -74,6 +84,11 @@ private:
             next[axis] += delta[axis];
         }
     };
+
+    // Expected collisions below which finer bounds cost more than they save.
+    static constexpr double kFew = 0.5;
+
+    bool is_shallow(double bound, double end) const { return coefficient_ * bound * (end - t_) < kFew; }
 
     // Cells of `size` voxels from the one that holds the ray at `t`. Rounding at a face may put that one step outside
     // `low`..`high`: it is put back before the distance to its exit is known, or every later cell would be the next
@@ -131,7 +146,7 @@ private:
         const std::size_t slot = grid_->node_slot(i, j, k);
         const double bound = static_cast<double>(grid_->node_bounds_[slot]);
         const std::int32_t node = grid_->nodes_[slot];
-        if (node >= 0 && bound > 0 && t_ < node_end) {
+        if (node >= 0 && bound > 0 && t_ < node_end && !is_shallow(bound, node_end)) {
             in_node_ = true;
             node_end_ = node_end;
             cells_ = static_cast<std::size_t>(node) * SparseGrid::kCellsPerNode;
@@ -170,6 +185,7 @@ private:
     }
 
     const SparseGrid* grid_;
+    double coefficient_;
     Vec3 origin_, direction_, inverse_;
     double t_, end_;
     double enter_ = 0, leave_ = 0, node_end_ = 0;
