@@ -10,6 +10,7 @@
 #include "fluovox/transport/darkness.h"
 
 #include "commands.h"
+#include "render_stack.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 namespace fluovox::tools {
 namespace {
@@ -28,11 +30,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kExamples =
     "  fluovox render scene.toml -o neuron.exr\n"
-    "  fluovox render scene.toml -o quick.exr --samples 4 --set camera.resolution=[64,64]\n";
-
-void warn(const CommonOptions& common, const std::string& message) {
-    if (!common.quiet) fmt::print(stderr, "warning: {}\n", message);
-}
+    "  fluovox render scene.toml -o quick.exr --samples 4 --set camera.resolution=[64,64]\n"
+    "  fluovox render sheet.toml -o stack.ome.tif            z-stack of a scene with [stack]; .ome.zarr likewise\n"
+    "  fluovox render sheet.toml -o stack.tif --format imagej --type uint16\n";
 
 std::vector<std::string> overrides(const CommandLine& line) {
     std::vector<std::string> keys;
@@ -61,31 +61,50 @@ double median_relative_error(const RenderedImage& image) {
 
 }  // namespace
 
+void warn(const CommonOptions& common, const std::string& message) {
+    if (!common.quiet) fmt::print(stderr, "warning: {}\n", message);
+}
+
+Provenance provenance_of(const Scene& scene) {
+    Provenance provenance;
+    provenance.scene_json = to_json(scene.description);
+    provenance.seed = scene.description.render.seed;
+    provenance.samples = scene.description.render.samples;
+    provenance.estimator = chosen_estimator(scene);
+    for (const Dye& dye : scene.dyes)
+        provenance.dyes.push_back(dye.name);
+    return provenance;
+}
+
 ExitCode run_render(const std::vector<std::string>& arguments) {
-    CommandLine line("fluovox render SCENE.toml -o OUT.exr [options]", kExamples);
+    CommandLine line("fluovox render SCENE.toml -o OUT.exr|OUT.ome.tif|OUT.ome.zarr [options]", kExamples);
     auto add = line.options().add_options();
     add("scene", po::value<std::string>()->value_name("SCENE.toml"), "the scene file (also without the option's name)");
     add("output,o", po::value<std::string>()->value_name("OUT.exr"),
-        "the image; a preview OUT.png is written beside it");
+        "the image or stack; a preview OUT.png is written beside it");
     add("samples", po::value<int>()->value_name("N"), "samples per pixel, instead of render.samples");
     add("seed", po::value<std::uint64_t>()->value_name("N"), "instead of render.seed");
     add("set", po::value<std::vector<std::string>>()->value_name("KEY=VALUE"), "override a key of the scene file");
+    add_stack_options(line);
     line.positional("scene", 1);
     if (!line.parse(arguments)) return ExitCode::Ok;
     if (line.values().count("scene") == 0) line.fail("which scene?");
     if (line.values().count("output") == 0) line.fail("where to? -o OUT.exr");
     const fs::path output = line.values()["output"].as<std::string>();
-    if (output.extension() != ".exr") line.fail("the image is an OpenEXR file: -o OUT.exr");
-
-    require_writable(output);
+    const std::optional<StackFormat> format = stack_format(line, output);
+    if (!format) line.fail("the image is an OpenEXR file: -o OUT.exr; a stack also .ome.tif or .ome.zarr");
 
     const auto begin = std::chrono::steady_clock::now();
     SceneDescription description = load_scene_description(line.values()["scene"].as<std::string>(), overrides(line));
+    if (!description.stack && format != StackFormat::Exr)
+        line.fail("the image is an OpenEXR file: -o OUT.exr (only scenes with [stack] make stacks)");
+    if (!description.stack) require_writable(output);
     const Scene scene = build_scene(std::move(description));
     for (const std::string& remark : scene.description.remarks)
         warn(line.common(), remark);
     for (const std::string& warning : scene.warnings)
         warn(line.common(), warning);
+    if (scene.description.stack) return render_stack(line, scene, output, *format);
 
     RenderResult result = [&] {
         const auto progress = make_progress(line.common());
@@ -95,13 +114,7 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
         fmt::print(stderr, "fluovox: stopped; nothing was written\n");
         return ExitCode::Stopped;
     }
-    Provenance provenance;
-    provenance.scene_json = to_json(scene.description);
-    provenance.seed = scene.description.render.seed;
-    provenance.samples = scene.description.render.samples;
-    provenance.estimator = chosen_estimator(scene);
-    for (const Dye& dye : scene.dyes)
-        provenance.dyes.push_back(dye.name);
+    const Provenance provenance = provenance_of(scene);
     save_exr(output, result.film, scene.description.film, provenance);
     const fs::path preview = fs::path(output).replace_extension(".png");
     save_preview(preview, make_preview(result.film, scene.description.film));

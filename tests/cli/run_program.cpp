@@ -76,10 +76,15 @@ ProgramResult run_program(const std::vector<std::string>& arguments, const fs::p
 
     const auto give_up = Clock::now() + std::chrono::seconds(limits.seconds);
     int status = 0;
+    bool signalled = false;
     while (::waitpid(child, &status, WNOHANG) == 0) {
         if (!result.timed_out && Clock::now() > give_up) {
             result.timed_out = true;
             ::kill(child, SIGKILL);
+        }
+        if (limits.signal_when && !signalled && limits.signal_when()) {
+            signalled = true;
+            ::kill(child, limits.signal);
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@ struct ProgramResult {
 struct RunLimits {
     int seconds = 60;                         ///< a run that takes longer counts as hung and is ended
     std::optional<long long> max_file_bytes;  ///< writing beyond fails, as on a full disk
+    std::function<bool()> signal_when = {};   ///< asked again and again: once true, the program gets `signal`
+    int signal = 9;
 };
 
 /// Runs the program of this build in `folder` and waits for it.

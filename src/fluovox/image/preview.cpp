@@ -86,14 +86,15 @@ TrueColor true_color(const Source& source) {
     return result;
 }
 
-Preview spectral_preview(const Source& source) {
+Preview spectral_preview(const Source& source, const Source& exposed_by) {
     constexpr double kLeastVisible = 1e-3;  // the eye's sensitivity at 720 nm
-    TrueColor image = true_color(source);
-    const bool grey = image.visible < kLeastVisible;
-    std::vector<double> brightness = image.power;
-    for (std::size_t i = 0; i < image.pixels.size() && !grey; ++i)
-        brightness[i] = std::max({image.pixels[i].r, image.pixels[i].g, image.pixels[i].b});
-    const double white = bright_value(brightness, source);
+    const TrueColor image = true_color(source);
+    const TrueColor bright = true_color(exposed_by);
+    const bool grey = bright.visible < kLeastVisible;
+    std::vector<double> brightness = bright.power;
+    for (std::size_t i = 0; i < bright.pixels.size() && !grey; ++i)
+        brightness[i] = std::max({bright.pixels[i].r, bright.pixels[i].g, bright.pixels[i].b});
+    const double white = bright_value(brightness, exposed_by);
     Preview preview{source.width, source.height, {}, "no light"};
     if (white > 0) preview.exposure = fmt::format("{}, white = {:.4g}", grey ? "grey" : "true colour", white);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -130,16 +131,20 @@ std::vector<Rgb> colors_of_channels(const FilmSpec& spec) {
     return colors;
 }
 
-Preview channel_preview(const Source& source) {
+Preview channel_preview(const Source& source, const Source& exposed_by) {
     const std::vector<Rgb> colors = colors_of_channels(source.spec);
     Preview preview{source.width, source.height, {}, ""};
     preview.rgb.assign(3 * static_cast<std::size_t>(source.pixels()), 0.0F);
     for (std::size_t c = 0; c < colors.size(); ++c) {
-        std::vector<double> values;
-        values.reserve(static_cast<std::size_t>(source.pixels()));
-        for (int pixel = 0; pixel < source.pixels(); ++pixel)
-            values.push_back(std::max(0.0, source.value(pixel, static_cast<int>(c))));
-        const double white = bright_value(values, source);
+        const auto values_of = [c](const Source& of) {
+            std::vector<double> values;
+            values.reserve(static_cast<std::size_t>(of.pixels()));
+            for (int pixel = 0; pixel < of.pixels(); ++pixel)
+                values.push_back(std::max(0.0, of.value(pixel, static_cast<int>(c))));
+            return values;
+        };
+        const std::vector<double> values = values_of(source);
+        const double white = bright_value(values_of(exposed_by), exposed_by);
         preview.exposure += fmt::format("{}{} = {:.4g}", c > 0 ? ", " : "", source.spec.channels[c].name, white);
         for (std::size_t i = 0; i < values.size() && white > 0; ++i) {
             preview.rgb[3 * i] += static_cast<float>(values[i] / white * colors[c].r);
@@ -150,8 +155,20 @@ Preview channel_preview(const Source& source) {
     return preview;
 }
 
-Preview preview_of(const Source& source) {
-    return source.spec.is_spectral ? spectral_preview(source) : channel_preview(source);
+Preview preview_of(const Source& source, const Source& exposed_by) {
+    return source.spec.is_spectral ? spectral_preview(source, exposed_by) : channel_preview(source, exposed_by);
+}
+
+Source source_of(const RenderedImage& image) {
+    const int layer = image.display_layer();
+    const auto is_known = [&image, layer](int pixel) {
+        const double mean = image.mean_of_all(layer, static_cast<std::size_t>(pixel));
+        return 4 * image.variance_of_all(layer, static_cast<std::size_t>(pixel)) < mean * mean;
+    };
+    const auto value = [&image, layer](int pixel, int channel) {
+        return image.mean(layer, static_cast<std::size_t>(pixel), channel);
+    };
+    return {image.width, image.height, image.film, value, is_known};
 }
 
 }  // namespace
@@ -162,20 +179,25 @@ Preview make_preview(const Film& film, const FilmSpec& spec) {
         const double mean = film.mean_of_all(layer, pixel);
         return 4 * film.variance_of_mean_of_all(layer, pixel) < mean * mean;
     };
-    return preview_of({film.width(), film.height(), spec,
-                       [&film, layer](int pixel, int channel) { return film.mean(layer, pixel, channel); }, is_known});
+    const Source source{film.width(), film.height(), spec,
+                        [&film, layer](int pixel, int channel) { return film.mean(layer, pixel, channel); }, is_known};
+    return preview_of(source, source);
 }
 
 Preview make_preview(const RenderedImage& image) {
-    const int layer = image.display_layer();
-    const auto is_known = [&image, layer](int pixel) {
-        const double mean = image.mean_of_all(layer, static_cast<std::size_t>(pixel));
-        return 4 * image.variance_of_all(layer, static_cast<std::size_t>(pixel)) < mean * mean;
-    };
-    const auto value = [&image, layer](int pixel, int channel) {
-        return image.mean(layer, static_cast<std::size_t>(pixel), channel);
-    };
-    return preview_of({image.width, image.height, image.film, value, is_known});
+    return make_preview(image, image);
+}
+
+Preview make_preview(const RenderedImage& image, const RenderedImage& exposed_by) {
+    return preview_of(source_of(image), source_of(exposed_by));
+}
+
+std::vector<std::uint32_t> channel_colors(const FilmSpec& spec) {
+    std::vector<std::uint32_t> colors;
+    const auto byte = [](double linear) { return static_cast<std::uint32_t>(std::lround(255 * srgb_encoded(linear))); };
+    for (const Rgb& color : colors_of_channels(spec))
+        colors.push_back((byte(color.r) << 16U) | (byte(color.g) << 8U) | byte(color.b));
+    return colors;
 }
 
 Picture to_picture(const Preview& preview) {

@@ -5,6 +5,7 @@
 #include "fluovox/image/png.h"
 #include "fluovox/image/rendered_image.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -25,6 +26,11 @@ struct Preview {
 /// the 97th percentile of the pixels that have light, but for those that a single bright sample made.
 Preview make_preview(const Film& film, const FilmSpec& spec);
 Preview make_preview(const RenderedImage& image);
+/// The same with the exposure that fits another image, so that several can be compared.
+Preview make_preview(const RenderedImage& image, const RenderedImage& exposed_by);
+
+/// The colour (0xRRGGBB, sRGB) that stands for each channel.
+std::vector<std::uint32_t> channel_colors(const FilmSpec& spec);
 
 /// Eight bits a sample with the sRGB curve.
 Picture to_picture(const Preview& preview);

@@ -16,6 +16,7 @@ struct Camera {
     double field_um = 0;  ///< telecentric: height seen
     double fov_rad = 0;   ///< perspective: full vertical angle
     int width = 0, height = 0;
+    double exposure_s = 0;          ///< of one image; 0: not said
     double numerical_aperture = 0;  ///< n sin(theta) at `position`; 0: everything is sharp
 };
 

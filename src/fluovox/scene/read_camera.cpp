@@ -118,8 +118,8 @@ FilterDescription read_filter(const SceneTable& table) {
 Camera read_camera(const SceneTable& root, const ReadContext& /*context*/) {
     if (!root.has("camera")) root.fail("camera", "is missing: the scene needs a table [camera]");
     const SceneTable table = root.table("camera");
-    table.allow_only(
-        {"kind", "position", "target", "up", "focus", "field", "fov_deg", "resolution", "numerical_aperture"});
+    table.allow_only({"kind", "position", "target", "up", "focus", "field", "fov_deg", "resolution",
+                      "numerical_aperture", "exposure"});
     Camera camera;
     const bool telecentric = !table.has("kind") || table.choice("kind", {"telecentric", "perspective"}) == 0;
     camera.kind = telecentric ? Camera::Kind::Telecentric : Camera::Kind::Perspective;
@@ -149,6 +149,7 @@ Camera read_camera(const SceneTable& root, const ReadContext& /*context*/) {
     camera.width = static_cast<int>(resolution[0]);
     camera.height = static_cast<int>(resolution[1]);
     camera.numerical_aperture = table.number_or("numerical_aperture", 0, NumberRange::not_negative());
+    camera.exposure_s = table.quantity_or("exposure", Dimension::Time, 0, NumberRange::positive());
     return camera;
 }
 
@@ -171,10 +172,25 @@ FilmSpec read_film(const SceneTable& root, const ReadContext& context) {
     return film;
 }
 
+namespace {
+
+StackDescription::Views read_views(const SceneTable& table) {
+    table.allow_only({"axis", "center", "angles_deg"});
+    StackDescription::Views views;
+    views.axis = table.has("axis") ? table.direction("axis") : Vec3{0, 1, 0};
+    views.center = table.point("center");
+    views.angles_rad = table.numbers("angles_deg", {.min = -360, .max = 360});
+    for (double& angle : views.angles_rad)
+        angle *= std::numbers::pi / 180;
+    return views;
+}
+
+}  // namespace
+
 std::optional<StackDescription> read_stack(const SceneTable& root) {
     if (!root.has("stack")) return std::nullopt;
     const SceneTable table = root.table("stack");
-    table.allow_only({"along", "start", "stop", "step"});
+    table.allow_only({"along", "start", "stop", "step", "views"});
     StackDescription stack;
     stack.where = table.where();
     stack.along = table.direction("along");
@@ -183,7 +199,9 @@ std::optional<StackDescription> read_stack(const SceneTable& root) {
     stack.step_um = table.quantity("step", Dimension::Length, NumberRange::positive());
     if (stack.stop_um < stack.start_um) table.fail("stop", "must not be below start");
     constexpr double kMostImages = 100'000;
-    const double images = (stack.stop_um - stack.start_um) / stack.step_um + 1;
+    if (table.has("views")) stack.views = read_views(table.table("views"));
+    const double images =
+        ((stack.stop_um - stack.start_um) / stack.step_um + 1) * static_cast<double>(stack.views.angles_rad.size());
     if (images > kMostImages)
         table.fail("step", fmt::format("makes {:.0f} images; at most {} are allowed", images, kMostImages));
     return stack;

@@ -98,7 +98,6 @@ std::vector<int> replaced_by(const std::vector<MediumDescription>& media, std::s
 }
 
 void require_available(const SceneDescription& description) {
-    if (description.stack) throw SceneError(description.stack->where, "[stack] is not available yet");
     const std::string& estimator = description.render.estimator;
     if (estimator != "auto" && estimator != "path" && estimator != "light") {
         throw SceneError(description.render.where,

@@ -48,11 +48,18 @@ struct LightDescription {
     Light light;
 };
 
-/// One image per position of sheet and focal plane, moved together.
+/// One image per position of sheet and focal plane, moved together; the whole of it once more for each view.
 struct StackDescription {
+    /// Camera, sheets and beams turned together about an axis, as if the specimen were turned the other way.
+    struct Views {
+        Vec3 axis = {0, 1, 0}, center;
+        std::vector<double> angles_rad = {0};
+    };
+
     SourceLocation where;
     Vec3 along;
     double start_um = 0, stop_um = 0, step_um = 0;
+    Views views;
 };
 
 /// Bands of wavelength cut before the film.

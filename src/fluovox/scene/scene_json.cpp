@@ -203,6 +203,7 @@ Json camera_json(const Camera& camera) {
     }
     json["resolution"] = {camera.width, camera.height};
     json["numerical_aperture"] = camera.numerical_aperture;
+    json["exposure"] = camera.exposure_s > 0 ? Json(format_quantity(camera.exposure_s, Dimension::Time)) : Json();
     return json;
 }
 
@@ -225,10 +226,15 @@ Json film_json(const FilmSpec& film) {
 }
 
 Json stack_json(const StackDescription& stack) {
+    std::vector<double> angles_deg;
+    for (const double angle : stack.views.angles_rad)
+        angles_deg.push_back(angle * 180 / std::numbers::pi);
     return {{"along", vector(stack.along)},
             {"start", length(stack.start_um)},
             {"stop", length(stack.stop_um)},
-            {"step", length(stack.step_um)}};
+            {"step", length(stack.step_um)},
+            {"views",
+             {{"axis", vector(stack.views.axis)}, {"center", point(stack.views.center)}, {"angles_deg", angles_deg}}}};
 }
 
 Json render_json(const RenderDescription& render) {

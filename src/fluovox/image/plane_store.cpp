@@ -1,0 +1,108 @@
+#include "fluovox/image/plane_store.h"
+
+#include "fluovox/core/atomic_file.h"
+#include "fluovox/core/error.h"
+#include "fluovox/core/text.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+namespace fluovox {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kHeader = 512;  // bytes of JSON and spaces before the values
+constexpr const char* kKeyFile = "stack.key";
+
+}  // namespace
+
+PlaneStore::PlaneStore(const fs::path& folder, const std::string& key, std::size_t values_per_plane, bool overwrite)
+    : folder_(folder), values_per_plane_(values_per_plane) {
+    std::error_code failure;
+    const fs::path key_file = folder / kKeyFile;
+    if (fs::exists(folder, failure)) {
+        if (fs::is_regular_file(key_file, failure) && load_text(key_file) == key) return;
+        if (!overwrite) {
+            throw UsageError(
+                fmt::format("{} holds planes of other work (another scene, seed, version or format): "
+                            "remove it, choose another -o, or add --overwrite",
+                            folder.string()));
+        }
+        fs::remove_all(folder, failure);
+    }
+    require_writable(folder);
+    fs::create_directory(folder, failure);
+    if (failure) throw OutputError(fmt::format("{}: {}", folder.string(), failure.message()));
+    write_text_file(key_file, key);
+}
+
+fs::path PlaneStore::file_of(int plane) const {
+    return folder_ / fmt::format("{:05}.plane", plane);
+}
+
+bool PlaneStore::has(int plane) const {
+    std::error_code failure;
+    const auto size = fs::file_size(file_of(plane), failure);
+    return !failure && size == kHeader + values_per_plane_ * sizeof(float);
+}
+
+void PlaneStore::save(int plane, std::span<const float> values, const PlaneFigures& figures) const {
+    const nlohmann::json json = {{"median_relative_error", figures.median_relative_error},
+                                 {"bright_relative_error", figures.bright_relative_error},
+                                 {"max_value", figures.max_value},
+                                 {"seconds", figures.seconds},
+                                 {"nan_count", figures.nan_count},
+                                 {"bound_violations", figures.bound_violations},
+                                 {"is_dark", figures.is_dark}};
+    std::string header = json.dump();
+    header.resize(kHeader, ' ');
+    write_atomically(file_of(plane), [&](const fs::path& temporary) {
+        std::ofstream out(temporary, std::ios::binary);
+        out.write(header.data(), static_cast<std::streamsize>(header.size()));
+        out.write(reinterpret_cast<const char*>(values.data()),  // NOLINT(*-reinterpret-cast): bytes
+                  static_cast<std::streamsize>(values.size_bytes()));
+        out.close();
+        if (!out) throw OutputError(fmt::format("{}: {}", file_of(plane).string(), std::strerror(errno)));
+    });
+}
+
+PlaneFigures PlaneStore::figures(int plane) const try {
+    std::string header(kHeader, ' ');
+    std::ifstream in(file_of(plane), std::ios::binary);
+    in.read(header.data(), static_cast<std::streamsize>(header.size()));
+    const auto json = nlohmann::json::parse(header);
+    return {json.at("median_relative_error"),
+            json.at("bright_relative_error"),
+            json.at("max_value"),
+            json.at("seconds"),
+            json.at("nan_count"),
+            json.at("bound_violations"),
+            json.at("is_dark")};
+} catch (const nlohmann::json::exception&) {
+    throw InputError(fmt::format("{}: is damaged: remove it and run again", file_of(plane).string()));
+}
+
+void PlaneStore::load(int plane, std::size_t first, std::span<float> values) const {
+    std::ifstream in(file_of(plane), std::ios::binary);
+    in.seekg(static_cast<std::streamoff>(kHeader + first * sizeof(float)));
+    in.read(reinterpret_cast<char*>(values.data()),  // NOLINT(*-reinterpret-cast): bytes
+            static_cast<std::streamsize>(values.size_bytes()));
+    if (!in) throw InputError(fmt::format("{}: is damaged: remove it and run again", file_of(plane).string()));
+}
+
+void PlaneStore::remove() const {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+}
+
+double PlaneStore::plane_bytes() const {
+    return static_cast<double>(kHeader + values_per_plane_ * sizeof(float));
+}
+
+}  // namespace fluovox

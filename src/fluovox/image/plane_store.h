@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+namespace fluovox {
+
+/// What is known of one finished plane besides its pixels.
+struct PlaneFigures {
+    double median_relative_error = 0;  ///< over the pixels that have light
+    double bright_relative_error = 0;  ///< median over the brightest tenth of the pixels
+    double max_value = 0;
+    double seconds = 0;  ///< that it took
+    std::int64_t nan_count = 0;
+    std::int64_t bound_violations = 0;
+    bool is_dark = false;
+};
+
+/// A folder of finished planes beside the result they will become: what was done before work was stopped is kept
+/// there. Every file appears whole or not at all.
+class PlaneStore {
+public:
+    /// Opens or makes `folder`. `key` is the same for the same work. Throws UsageError where the folder holds planes of
+    /// other work, unless `overwrite`; OutputError where it cannot be written.
+    PlaneStore(const std::filesystem::path& folder, const std::string& key, std::size_t values_per_plane,
+               bool overwrite);
+
+    const std::filesystem::path& folder() const { return folder_; }
+    bool has(int plane) const;
+    void save(int plane, std::span<const float> values, const PlaneFigures& figures) const;
+    PlaneFigures figures(int plane) const;
+    /// Values from `first` on. Throws InputError where the file is damaged.
+    void load(int plane, std::size_t first, std::span<float> values) const;
+    /// Removes the folder.
+    void remove() const;
+    /// Bytes of one plane's file, to within a kilobyte.
+    double plane_bytes() const;
+
+private:
+    std::filesystem::path file_of(int plane) const;
+
+    std::filesystem::path folder_;
+    std::size_t values_per_plane_;
+};
+
+}  // namespace fluovox

@@ -1,0 +1,81 @@
+#include "fluovox/image/stack_info.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fluovox {
+
+namespace {
+using Json = nlohmann::ordered_json;
+}
+
+std::string to_json(const StackInfo& info) {
+    Json channels = Json::array();
+    for (const StackChannel& channel : info.channels) {
+        channels.push_back({{"name", channel.name},
+                            {"dye", channel.dye},
+                            {"excitation_nm", channel.excitation_nm},
+                            {"emission_nm", channel.emission_nm},
+                            {"width_nm", channel.width_nm},
+                            {"counts_photons", channel.counts_photons},
+                            {"rgb", channel.rgb}});
+    }
+    Json positions = Json::array();
+    for (const Vec3 p : info.positions_um)
+        positions.push_back({p.x, p.y, p.z});
+    const Json json = {{"title", info.title},
+                       {"size", {info.width, info.height, info.planes}},
+                       {"channels", channels},
+                       {"pixel_um", info.pixel_um},
+                       {"step_um", info.step_um},
+                       {"positions_um", positions},
+                       {"angle_deg", info.angle_deg},
+                       {"numerical_aperture", info.numerical_aperture},
+                       {"immersion_index", info.immersion_index},
+                       {"exposure_s", info.exposure_s},
+                       {"quantity", info.quantity},
+                       {"unit", info.unit},
+                       {"type", info.type == SampleType::UInt16 ? "uint16" : "float32"},
+                       {"value_per_count", info.value_per_count},
+                       {"max_value", info.max_value},
+                       {"key", info.key}};
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+StackInfo stack_info_from_json(const std::string& text) {
+    const Json json = Json::parse(text);
+    StackInfo info;
+    info.title = json.at("title");
+    info.width = json.at("size").at(0);
+    info.height = json.at("size").at(1);
+    info.planes = json.at("size").at(2);
+    for (const Json& channel : json.at("channels")) {
+        info.channels.push_back({channel.at("name"), channel.at("dye"), channel.at("excitation_nm"),
+                                 channel.at("emission_nm"), channel.at("width_nm"), channel.at("counts_photons"),
+                                 channel.at("rgb")});
+    }
+    for (const Json& p : json.at("positions_um"))
+        info.positions_um.push_back({p.at(0), p.at(1), p.at(2)});
+    info.pixel_um = json.at("pixel_um");
+    info.step_um = json.at("step_um");
+    info.angle_deg = json.at("angle_deg");
+    info.numerical_aperture = json.at("numerical_aperture");
+    info.immersion_index = json.at("immersion_index");
+    info.exposure_s = json.at("exposure_s");
+    info.quantity = json.at("quantity");
+    info.unit = json.at("unit");
+    info.type = json.at("type") == "uint16" ? SampleType::UInt16 : SampleType::Float32;
+    info.value_per_count = json.at("value_per_count");
+    info.max_value = json.at("max_value");
+    info.key = json.at("key");
+    return info;
+}
+
+std::uint16_t to_count(float value, double value_per_count) {
+    const double count = std::round(static_cast<double>(value) / value_per_count);
+    return static_cast<std::uint16_t>(std::clamp(count, 0.0, 65535.0));  // a NaN, too, ends as a number: 0
+}
+
+}  // namespace fluovox

@@ -1,0 +1,153 @@
+#include "fluovox/core/atomic_file.h"
+#include "fluovox/core/error.h"
+#include "fluovox/core/version.h"
+#include "fluovox/image/ome_xml.h"
+#include "fluovox/image/stack_file.h"
+#include "fluovox/image/tiff_file.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+namespace fluovox {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kClassicLimit = 4294967296.0;  // offsets of a plain TIFF have 32 bits
+constexpr double kBytesPerPage = 512;           // directory and tables, rather too many
+
+double file_bytes(const StackInfo& info, std::size_t description) {
+    const double pages = static_cast<double>(info.channels.size()) * info.planes;
+    return info.bytes() + kBytesPerPage * pages + static_cast<double>(description);
+}
+
+/// Writes pages one after the other.
+class Pages {
+public:
+    Pages(const fs::path& shown, const fs::path& file, const char* mode, const StackInfo& info)
+        : shown_(shown), tiff_(file, mode), info_(info), values_(info.pixels()) {
+        if (!tiff_.is_open()) fail();
+        if (info.type == SampleType::UInt16) counts_.resize(info.pixels());
+    }
+
+    void add(const PlaneSource& source, int plane, int channel, const std::string& description) {
+        source(plane, channel, values_);
+        set_tags(description);
+        void* data = values_.data();
+        if (info_.type == SampleType::UInt16) {
+            for (std::size_t i = 0; i < values_.size(); ++i)
+                counts_[i] = to_count(values_[i], info_.value_per_count);
+            data = counts_.data();
+        }
+        const auto bytes = static_cast<tmsize_t>(info_.pixels() * info_.bytes_per_sample());
+        if (TIFFWriteRawStrip(tiff_.get(), 0, data, bytes) != bytes || TIFFWriteDirectory(tiff_.get()) != 1) fail();
+    }
+
+private:
+    template <class... Values>
+    void set(std::uint32_t tag, Values... values) {
+        if (TIFFSetField(tiff_.get(), tag, values...) != 1) fail();  // NOLINT(*-vararg): the library's interface
+    }
+
+    void set_tags(const std::string& description) {
+        const auto width = static_cast<std::uint32_t>(info_.width);
+        const auto height = static_cast<std::uint32_t>(info_.height);
+        set(TIFFTAG_SUBFILETYPE, 0);
+        set(TIFFTAG_IMAGEWIDTH, width);
+        set(TIFFTAG_IMAGELENGTH, height);
+        set(TIFFTAG_ROWSPERSTRIP, height);
+        set(TIFFTAG_BITSPERSAMPLE, static_cast<int>(8 * info_.bytes_per_sample()));
+        set(TIFFTAG_SAMPLEFORMAT, info_.type == SampleType::UInt16 ? SAMPLEFORMAT_UINT : SAMPLEFORMAT_IEEEFP);
+        set(TIFFTAG_SAMPLESPERPIXEL, 1);
+        set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+        set(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+        set(TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+        set(TIFFTAG_XRESOLUTION, 1 / info_.pixel_um);
+        set(TIFFTAG_YRESOLUTION, 1 / info_.pixel_um);
+        set(TIFFTAG_RESOLUTIONUNIT, RESUNIT_NONE);
+        if (!description.empty()) {
+            set(TIFFTAG_IMAGEDESCRIPTION, description.c_str());
+            set(TIFFTAG_SOFTWARE, fmt::format("fluovox {}", version()).c_str());
+        }
+    }
+
+    [[noreturn]] void fail() const {
+        const std::string why = !tiff_.message().empty() ? tiff_.message() : std::strerror(errno);
+        throw OutputError(fmt::format("{}: could not be written: {}", shown_.string(), why));
+    }
+
+    fs::path shown_;
+    TiffFile tiff_;
+    const StackInfo& info_;
+    std::vector<float> values_;
+    std::vector<std::uint16_t> counts_;
+};
+
+void save_pages(const fs::path& path, const StackInfo& info, const PlaneSource& source, const std::string& description,
+                bool big) {
+    write_atomically(path, [&](const fs::path& temporary) {
+        Pages pages(path, temporary, big ? "w8l" : "wl", info);
+        const auto channels = static_cast<int>(info.channels.size());
+        for (int plane = 0; plane < info.planes; ++plane) {
+            for (int channel = 0; channel < channels; ++channel)
+                pages.add(source, plane, channel, plane == 0 && channel == 0 ? description : std::string());
+        }
+    });
+}
+
+}  // namespace
+
+void save_ome_tiff(const fs::path& path, const StackInfo& info, const PlaneSource& source) {
+    const std::string xml = ome_xml(info);
+    save_pages(path, info, source, xml, file_bytes(info, xml.size()) > kClassicLimit);
+}
+
+struct StackFile::Tiff {
+    TiffFile file;
+    std::vector<std::uint16_t> counts;
+};
+
+StackFile::StackFile(const fs::path& path) : path_(path) {
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) {
+        throw InputError(fmt::format("{}: {}", path.string(),
+                                     fs::exists(path, ignored) ? "is no .ome.tif file" : "there is no such file"));
+    }
+    tiff_ = std::make_shared<Tiff>(Tiff{TiffFile(path, "r"), {}});
+    const auto fail = [&](const std::string& why) { throw InputError(fmt::format("{}: {}", path.string(), why)); };
+    if (!tiff_->file.is_open()) fail("is no TIFF file, or damaged");
+    const char* description = nullptr;
+    TIFFGetField(tiff_->file.get(), TIFFTAG_IMAGEDESCRIPTION, &description);  // NOLINT(*-vararg)
+    const std::string json = description == nullptr ? std::string() : stack_json_in(description);
+    if (json.empty()) fail("is not a stack that fluovox wrote as .ome.tif");
+    try {
+        info_ = stack_info_from_json(json);
+    } catch (const std::exception&) {
+        fail("its description of the stack is damaged");
+    }
+    info_.scene_json = scene_json_in(description);
+}
+
+void StackFile::read(int plane, int channel, std::span<float> values) {
+    TIFF* tiff = tiff_->file.get();
+    const auto page = static_cast<std::uint32_t>(plane) * static_cast<std::uint32_t>(info_.channels.size()) +
+                      static_cast<std::uint32_t>(channel);
+    const auto bytes = static_cast<tmsize_t>(info_.pixels() * info_.bytes_per_sample());
+    const bool counts = info_.type == SampleType::UInt16;
+    if (counts) tiff_->counts.resize(values.size());
+    void* into = counts ? static_cast<void*>(tiff_->counts.data()) : values.data();
+    // The next page is where the last one says; any other is looked for from the first page on.
+    const bool found = page == TIFFCurrentDirectory(tiff) + 1U ? TIFFReadDirectory(tiff) == 1
+                                                               : TIFFSetDirectory(tiff, static_cast<tdir_t>(page)) == 1;
+    const bool there = found && values.size() == info_.pixels() && TIFFNumberOfStrips(tiff) == 1 &&
+                       TIFFReadEncodedStrip(tiff, 0, into, bytes) == bytes;
+    if (!there) throw InputError(fmt::format("{}: page {} cannot be read: the file is damaged", path_.string(), page));
+    for (std::size_t i = 0; counts && i < values.size(); ++i)
+        values[i] = static_cast<float>(tiff_->counts[i] * info_.value_per_count);
+}
+
+}  // namespace fluovox

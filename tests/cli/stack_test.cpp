@@ -1,0 +1,298 @@
+#include "cli/run_program.h"
+
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+namespace fluovox::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Two dyes, a laser line for each, a little scattering; seven planes.
+const std::string kScene = R"(title = "two <balls> & µ"
+[[medium]]
+dye           = "EGFP"
+concentration = "10 uM"
+region        = { sphere = { center = ["0 um", "0 um", "0 um"], radius = "30 um" } }
+[[medium]]
+dye           = "mCherry"
+concentration = "10 uM"
+region        = { sphere = { center = ["40 um", "20 um", "10 um"], radius = "20 um" } }
+[[medium]]
+scattering = "2 /mm"
+anisotropy = 0.9
+region     = { box = { min = ["-100 um", "-100 um", "-100 um"], max = ["100 um", "100 um", "100 um"] } }
+[[light]]
+kind       = "sheet"
+wavelength = "488 nm"
+power      = "1 mW"
+position   = ["-1 mm", "0 um", "0 um"]
+direction  = [1, 0, 0]
+normal     = [0, 0, 1]
+width      = "300 um"
+thickness  = "5 um"
+[[light]]
+kind       = "sheet"
+wavelength = "561 nm"
+power      = "1 mW"
+position   = ["-1 mm", "0 um", "0 um"]
+direction  = [1, 0, 0]
+normal     = [0, 0, 1]
+width      = "300 um"
+thickness  = "5 um"
+[camera]
+position   = ["0 um", "0 um", "2 mm"]
+target     = ["0 um", "0 um", "0 um"]
+field      = "144 um"
+resolution = [14, 12]
+numerical_aperture = 0.3
+exposure   = "20 ms"
+[[film.channel]]
+name = "green"
+band = { center = "525 nm", width = "50 nm" }
+[[film.channel]]
+name = "red"
+band = { center = "610 nm", width = "50 nm" }
+[stack]
+along = [0, 0, 1]
+start = "-30 um"
+stop  = "30 um"
+step  = "10 um"
+[render]
+samples = 16
+)";
+
+class StackTest : public ProgramTest {
+protected:
+    StackTest() { write("scene.toml", kScene); }
+
+    void write_changed(const std::string& name, const std::string& from, const std::string& to) const {
+        std::string text = kScene;
+        const std::size_t at = text.find(from);
+        ASSERT_NE(at, std::string::npos) << from;
+        write(name, text.replace(at, from.size(), to));
+    }
+    /// Runs a shell command in the folder; what it prints (both streams), and fails the test where it fails.
+    std::string shell(const std::string& command) const {
+        const std::string all = "cd '" + folder().string() + "' && ( " + command + " ) > said.txt 2>&1";
+        const int status = std::system(all.c_str());  // NOLINT(cert-env33-c, concurrency-mt-unsafe): other readers
+        EXPECT_EQ(status, 0) << command << '\n' << read("said.txt");
+        return read("said.txt");
+    }
+    std::string python(const std::string& arguments) const {
+        return shell("/usr/bin/python3 " FLUOVOX_SOURCE_DIR "/tests/cli/read_stack.py " + arguments);
+    }
+    std::size_t planes_there(const std::string& name) const {
+        std::size_t count = 0;
+        std::error_code gone;
+        for (const auto& entry : fs::directory_iterator(folder() / (name + ".planes"), gone)) {
+            const std::string file = entry.path().filename().string();
+            count += entry.path().extension() == ".plane" && file.front() != '.' ? 1 : 0;
+        }
+        return count;
+    }
+    bool has_readers() const { return fs::exists("/usr/bin/python3") && fs::exists("/usr/bin/xmllint"); }
+};
+
+TEST_F(StackTest, WritesAStackItsProjectionAndAnAnimationAndNothingElse) {
+    expect_rows({{"names on stdout",
+                  {"render", "scene.toml", "-o", "stack.ome.tif"},
+                  0,
+                  "7 planes of 14 x 12 pixels, 2 channels, 16 samples each, estimator path.*\nOpen with Fiji",
+                  "^stack.ome.tif\nstack.png\nstack.apng\n$"},
+                 {"a second run keeps the finished one",
+                  {"render", "scene.toml", "-o", "stack.ome.tif"},
+                  0,
+                  "stack.ome.tif is finished already",
+                  "^stack.ome.tif\n"},
+                 {"an image of another scene takes its place",
+                  {"render", "scene.toml", "-o", "stack.ome.tif", "--seed", "2"},
+                  0,
+                  "7 planes"}});
+    EXPECT_EQ(files(), (std::vector<std::string>{"scene.toml", "stack.apng", "stack.ome.tif", "stack.png"}));
+    const auto json = nlohmann::json::parse(run({"render", "scene.toml", "-o", "j.ome.tif", "--json"}).out);
+    EXPECT_EQ(json.at("planes").size(), 7U);
+    EXPECT_EQ(json.at("planes").at(2).at("offset_um"), -10.0);
+    EXPECT_GT(json.at("bright_relative_error"), 0.0);
+}
+
+TEST_F(StackTest, IndependentReadersSeeSizesChannelsAndTheSameValuesInEveryFormat) {
+    if (!has_readers()) GTEST_SKIP() << "python3 or xmllint is not installed";
+    for (const std::vector<std::string>& more : {std::vector<std::string>{"a.ome.tif"},
+                                                 {"c.ome.tif", "--type", "uint16"},
+                                                 {"j.tif", "--format", "imagej"},
+                                                 {"k.tif", "--format", "imagej", "--type", "uint16"},
+                                                 {"z.ome.zarr"}}) {
+        std::vector<std::string> arguments = {"render", "scene.toml", "-o"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        ASSERT_EQ(run(arguments).exit_code, 0) << more.front();
+    }
+    const std::string seen = python("a.ome.tif c.ome.tif j.tif k.tif z.ome.zarr");
+    EXPECT_TRUE(found(R"(a.ome.tif ome classic ZCYX float32 \[7, 2, 12, 14\])", seen));
+    EXPECT_TRUE(found(R"(c.ome.tif ome classic ZCYX uint16 \[7, 2, 12, 14\])", seen));
+    const std::string sizes = R"(\{'unit': 'um', 'spacing': 10, 'slices': 7, 'channels': 2\})";
+    EXPECT_TRUE(found("j.tif imagej classic ZCYX " + sizes + R"( float32 \[7, 2, 12, 14\])", seen));
+    EXPECT_TRUE(found("k.tif imagej classic ZCYX " + sizes + R"( uint16 \[7, 2, 12, 14\])", seen));
+    EXPECT_TRUE(found(
+        R"(z.ome.zarr 0.4 czyx \[\[2, 7, 12, 14\]\] \[1.0, 10.0, 12.0, 12.0\] \['green', 'red'\] float32)", seen));
+    shell(R"py(/usr/bin/python3 -c "
+import numpy as np
+a, c, j, k, z = (np.load(n + '.npy') for n in ('a.ome.tif', 'c.ome.tif', 'j.tif', 'k.tif', 'z.ome.zarr'))
+assert a.max() > 0 and (a == j).all() and (a == z).all()
+assert (c == k).all() and c.max() == 65535 and abs(c * a.max() / 65535 - a).max() <= a.max() / 65535
+assert a[3, 0].max() > 3 * a[0, 1].max() and a[4, 1].max() > 0")py");
+    const std::string xml = read("a.ome.tif.xml");
+    for (const char* part :
+         {"PhysicalSizeX=\"12\"", "PhysicalSizeZ=\"10\"", "AcquisitionMode=\"SPIM\"", "LensNA=\"0.3\"",
+          "Fluor=\"EGFP\" ExcitationWavelength=\"488\"", "Fluor=\"mCherry\" ExcitationWavelength=\"561\"",
+          "EmissionWavelength=\"610\"", "PositionZ=\"-20\"", "ExposureTime=\"0.02\"", "&quot;anisotropy&quot;"}) {
+        EXPECT_NE(xml.find(part), std::string::npos) << part;
+    }
+    const fs::path schema = fs::path(FLUOVOX_SHARED_DIR) / "reference" / "ome.xsd";
+    if (!fs::exists(schema)) GTEST_SKIP() << "no " << schema << ": the XML was not validated";
+    EXPECT_TRUE(found("a.ome.tif.xml validates",
+                      shell("xmllint --nonet --noout --schema '" + schema.string() + "' a.ome.tif.xml")));
+}
+
+TEST_F(StackTest, PlainImageJSeesTheHyperstack) {
+    const std::string jars = "/usr/share/java/ij.jar:/usr/share/java/bsh.jar";
+    if (!fs::exists("/usr/share/java/ij.jar") || !fs::exists("/usr/share/java/bsh.jar") || !fs::exists("/usr/bin/java"))
+        GTEST_SKIP() << "ImageJ (libij-java, bsh, a Java runtime) is not installed";
+    if (!has_readers()) GTEST_SKIP() << "python3 is not installed";
+    for (const char* type : {"float32", "uint16"}) {
+        const std::string file = std::string(type) + ".tif";
+        ASSERT_EQ(run({"render", "scene.toml", "-o", file, "--format", "imagej", "--type", type}).exit_code, 0);
+        const std::string seen = shell("java -Djava.awt.headless=true -cp " + jars +
+                                       " bsh.Interpreter " FLUOVOX_SOURCE_DIR "/tests/cli/read_stack.bsh " + file);
+        EXPECT_TRUE(found("14 x 12, 2 channels, 7 slices, 1 frames, (32|16) bits, hyperstack true\n", seen));
+        EXPECT_TRUE(found("voxel 12.0 12.0 10.0\n", seen));
+        python(file);
+        std::ofstream(folder() / "seen.txt") << seen;
+        shell("/usr/bin/python3 -c \"\nimport numpy as np\na = np.load('" + file +
+              ".npy')\nseen = [float(l.split()[1]) for l in open('seen.txt').readlines()[2:]]\n"
+              "assert len(seen) == 14 and (abs(a.max(axis=(2, 3)).ravel() - seen) <= 1e-6 * a.max()).all(), seen\"");
+    }
+}
+
+TEST_F(StackTest, KilledAtAnyPlaneAndRunAgainGivesTheSameBytes) {
+    const std::vector<std::string> slow = {"--samples", "500", "--progress", "none"};
+    const auto command = [&](const std::string& name) {
+        std::vector<std::string> arguments = {"render", "scene.toml", "-o", name};
+        arguments.insert(arguments.end(), slow.begin(), slow.end());
+        return arguments;
+    };
+    ASSERT_EQ(run(command("whole.ome.tif")).exit_code, 0);
+    int killed = 0;
+    for (std::size_t planes = 0; planes < 7; ++planes) {
+        RunLimits limits;
+        limits.signal_when = [&] {
+            return fs::exists(folder() / "killed.ome.tif.planes") && planes_there("killed.ome.tif") > planes;
+        };
+        killed += run(command("killed.ome.tif"), limits).exit_code == 128 + SIGKILL ? 1 : 0;
+    }
+    EXPECT_GE(killed, 4) << "the program was too quick to be killed";
+    ASSERT_EQ(run(command("killed.ome.tif")).exit_code, 0);
+    EXPECT_TRUE(read("whole.ome.tif") == read("killed.ome.tif"));
+    EXPECT_TRUE(read("whole.png") == read("killed.png"));
+    EXPECT_TRUE(read("whole.apng") == read("killed.apng"));
+    EXPECT_FALSE(fs::exists(folder() / "killed.ome.tif.planes"));
+}
+
+TEST_F(StackTest, StoppedBySignalItSaysHowToGoOnAndGoesOn) {
+    RunLimits limits;
+    limits.signal = SIGTERM;
+    limits.signal_when = [&] { return planes_there("stack.ome.tif") >= 2; };
+    const std::vector<std::string> arguments = {"render", "scene.toml", "-o", "stack.ome.tif", "--samples", "800"};
+    const ProgramResult stopped = run(arguments, limits);
+    EXPECT_EQ(stopped.exit_code, 75) << stopped.err;
+    EXPECT_TRUE(found("stopped after [2-6] of 7 planes, which are kept in stack.ome.tif.planes; run the same command",
+                      stopped.err));
+    const ProgramResult other = run({"render", "scene.toml", "-o", "stack.ome.tif", "--samples", "3"});
+    EXPECT_EQ(other.exit_code, 2);
+    EXPECT_TRUE(found("stack.ome.tif.planes holds planes of other work .*--overwrite", other.err));
+    const ProgramResult resumed = run(arguments);
+    EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+    EXPECT_TRUE(found("[2-6] of 7 planes are there already", resumed.err));
+}
+
+TEST_F(StackTest, AFullDiskLeavesTheFinishedPlanes) {
+    RunLimits limits;
+    limits.max_file_bytes = 6000;  // a plane fits, the stack does not
+    const ProgramResult full = run({"render", "scene.toml", "-o", "stack.ome.tif"}, limits);
+    EXPECT_EQ(full.exit_code, 5) << full.err;
+    EXPECT_TRUE(found("finished planes are kept, run again to go on", full.err));
+    EXPECT_EQ(planes_there("stack.ome.tif"), 7U);
+    EXPECT_EQ(run({"render", "scene.toml", "-o", "stack.ome.tif"}).exit_code, 0);
+}
+
+TEST_F(StackTest, TheSameBytesForAnyNumberOfThreadsAndOneExrForEachPlane) {
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "one.exr", "--threads", "1"}).exit_code, 0);
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "two.exr", "--threads", "2"}).exit_code, 0);
+    for (int plane = 0; plane < 7; ++plane) {
+        const std::string end = "-000" + std::to_string(plane) + ".exr";
+        EXPECT_TRUE(read("one" + end) == read("two" + end)) << end;
+    }
+    EXPECT_NE(read("one-0000.exr"), read("one-0001.exr"));
+}
+
+TEST_F(StackTest, ViewsTurnCameraAndSheetsTogether) {
+    // Half a turn about y: the second ball changes sides in the image, and the depth it is sharp at changes sign.
+    write_changed(
+        "views.toml", "[stack]\n",
+        "[stack]\nviews = { axis = [0, 1, 0], center = [\"0 um\", \"0 um\", \"0 um\"], angles_deg = [0, 180] }\n");
+    const ProgramResult result = run({"render", "views.toml", "-o", "turn.ome.tif", "--samples", "200"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.out,
+              "turn-view000.ome.tif\nturn-view000.png\nturn-view000.apng\n"
+              "turn-view180.ome.tif\nturn-view180.png\nturn-view180.apng\n");
+    if (!has_readers()) GTEST_SKIP() << "python3 is not installed";
+    python("turn-view000.ome.tif turn-view180.ome.tif");
+    shell(R"py(/usr/bin/python3 -c "
+import numpy as np
+a, b = (np.load('turn-view%s.ome.tif.npy' % n)[:, 1] for n in ('000', '180'))
+z, y, x = (np.indices(a.shape)[i] for i in range(3))
+def centre(s): return [(s * i).sum() / s.sum() for i in (z, y, x)]
+ca, cb = centre(a), centre(b)
+assert ca[2] > 8 and cb[2] < 5 and abs(ca[1] - cb[1]) < 0.5, (ca, cb)
+assert ca[0] > 3.2 and cb[0] < 2.8, (ca, cb)")py");
+}
+
+TEST_F(StackTest, BadInputIsNamedBeforeTheWorkBegins) {
+    write_changed("step.toml", "\"10 um\"\n[render]", "\"0 um\"\n[render]");
+    write_changed("stop.toml", "stop  = \"30 um\"", "stop  = \"-31 um\"");
+    write_changed("miss.toml", "start = \"-30 um\"\nstop  = \"30 um\"", "start = \"60 um\"\nstop  = \"80 um\"");
+    write_changed("dark.toml", "center = \"610 nm\"", "center = \"1200 nm\"");
+    write_changed("huge.toml", "[14, 12]", "[2048, 2048]");
+    expect_rows({
+        {"no step", {"render", "step.toml", "-o", "s.ome.tif"}, 3, "stack.step = \"0 um\" must be above 0"},
+        {"backwards", {"render", "stop.toml", "-o", "s.ome.tif"}, 3, "stack.stop = \"-31 um\" must not be below start"},
+        {"sheet beside the specimen, with the distance",
+         {"render", "miss.toml", "-o", "miss.ome.tif"},
+         0,
+         "warning: EGFP: the sheet misses it by 25 um in every plane"},
+        {"channel without light",
+         {"render", "dark.toml", "-o", "dark.ome.tif"},
+         0,
+         "warning: channel \"red\": no dye emits and no light shines between 1175 and 1225 nm"},
+        {"larger than the disk",
+         {"render", "huge.toml", "-o", "huge.ome.tif", "--set", "stack.step=0.00061um"},
+         5,
+         "huge.ome.tif: the stack \\(98361 planes of 2048 x 2048 pixels, 2 channels\\) needs about \\S+ GB of disk "
+         "and "
+         "\\S+ GB are free",
+         "",
+         {},
+         {"huge.ome.tif", "huge.ome.tif.planes"}},
+        {"unknown layer", {"render", "scene.toml", "-o", "s.ome.tif", "--layer", "blue"}, 2, "total, elastic, fluor"},
+        {"unknown type", {"render", "scene.toml", "-o", "s.ome.tif", "--type", "int8"}, 2, "float32 or uint16"},
+        {"unknown format", {"render", "scene.toml", "-o", "s.ome.tif", "--format", "gif"}, 2, "--format is ome-tiff"},
+        {"unknown ending", {"render", "scene.toml", "-o", "s.jpg"}, 2, "also .ome.tif or .ome.zarr"},
+    });
+}
+
+}  // namespace
+}  // namespace fluovox::testing

@@ -1,0 +1,447 @@
+#include "render_stack.h"
+
+#include "fluovox/core/atomic_file.h"
+#include "fluovox/core/digest.h"
+#include "fluovox/core/memory.h"
+#include "fluovox/core/progress.h"
+#include "fluovox/core/version.h"
+#include "fluovox/image/apng.h"
+#include "fluovox/image/exr.h"
+#include "fluovox/image/plane_store.h"
+#include "fluovox/image/stack_pictures.h"
+#include "fluovox/scene/stack.h"
+#include "fluovox/transport/darkness.h"
+#include "fluovox/transport/render.h"
+#include "fluovox/transport/stack_view.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <set>
+#include <string_view>
+#include <vector>
+
+namespace fluovox::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kKeyRemark = "fluovox:stack";
+constexpr int kFrame_ms = 120;
+
+bool ends_with(const std::string& text, std::string_view end) {
+    return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// `stack.ome.tif` as `stack` and `.ome.tif`.
+std::pair<std::string, std::string> split_name(const fs::path& path) {
+    const std::string name = path.filename().string();
+    for (const std::string_view end : {".ome.tif", ".ome.tiff", ".ome.zarr", ".tif", ".tiff", ".zarr", ".exr"}) {
+        if (name.size() > end.size() && ends_with(name, end))
+            return {name.substr(0, name.size() - end.size()), std::string(end)};
+    }
+    return {path.stem().string(), path.extension().string()};
+}
+
+/// Shows the planes of a stack as one piece of work.
+class PlaneProgress final : public Progress {
+public:
+    static constexpr long long kUnits = 1000;  // of one plane
+
+    explicit PlaneProgress(Progress& whole) : whole_(&whole) {}
+    void start(const char* /*stage*/, long long units) override {
+        units_ = std::max(units, 1LL);
+        done_ = 0;
+        shown_ = 0;
+    }
+    void advance(long long units) override {
+        const long long now = (done_ += units) * kUnits / units_;
+        const long long before = shown_.exchange(now);
+        if (now > before) whole_->advance(now - before);
+    }
+    bool stopped() const override { return whole_->stopped(); }
+
+private:
+    Progress* whole_;
+    long long units_ = 1;
+    std::atomic<long long> done_ = 0, shown_ = 0;
+};
+
+/// One stack to be made: what it is, where its planes wait, what it is called.
+class StackJob {
+public:
+    StackJob(const CommandLine& line, const Scene& scene, fs::path output, StackFormat format);
+
+    ExitCode run();
+
+private:
+    int views() const { return static_cast<int>(stack_.views.angles_rad.size()); }
+    int images() const { return views() * planes_; }
+    std::string work_key() const;
+    void require_disk(const PlaneStore& store) const;
+    bool is_finished() const;
+    bool render_planes(const PlaneStore& store);
+    void assemble(const PlaneStore& store, int view);
+    void write_view(const PlaneStore& store, const fs::path& path, const StackInfo& info, int view);
+    PlaneSource source(const PlaneStore& store, int view) const;
+    void warn_of_planes(const PlaneStore& store) const;
+    void report(const PlaneStore* store, double seconds) const;
+
+    fs::path beside(int view, const std::string& end) const;
+    fs::path view_path(int view) const { return beside(view, split_name(output_).second); }
+    fs::path plane_path(int view, int plane) const { return beside(view, fmt::format("-{:04}.exr", plane)); }
+    fs::path folder() const { return fs::path(output_.string() + ".planes"); }
+
+    const CommandLine& line_;
+    const Scene& scene_;
+    const StackDescription& stack_;
+    fs::path output_;
+    StackFormat format_;
+    SampleType type_ = SampleType::Float32;
+    std::string layer_ = kTotalLayer;
+    int planes_;
+    std::size_t plane_pixels_, channels_;
+    std::string key_;
+    std::vector<fs::path> outputs_;
+};
+
+StackJob::StackJob(const CommandLine& line, const Scene& scene, fs::path output, StackFormat format)
+    : line_(line),
+      scene_(scene),
+      stack_(*scene.description.stack),
+      output_(std::move(output)),
+      format_(format),
+      planes_(plane_count(stack_)),
+      plane_pixels_(static_cast<std::size_t>(scene.description.camera.width) *
+                    static_cast<std::size_t>(scene.description.camera.height)),
+      channels_(scene.description.film.channels.size()) {
+    const std::string type = line.values()["type"].as<std::string>();
+    if (type != "float32" && type != "uint16") line.fail("--type is float32 or uint16, not \"" + type + '"');
+    if (type == "uint16") type_ = SampleType::UInt16;
+    if (type_ == SampleType::UInt16 && format == StackFormat::Exr) line.fail("--type uint16 does not go with .exr");
+    layer_ = line.values()["layer"].as<std::string>();
+    std::vector<std::string> dyes;
+    for (const Dye& dye : scene.dyes)
+        dyes.push_back(dye.name);
+    const std::vector<std::string> layers = film_layers(dyes, scene.description.film.per_dye);
+    if (std::find(layers.begin(), layers.end(), layer_) == layers.end()) {
+        line.fail(fmt::format("--layer \"{}\" is none of this scene's layers: {}", layer_, fmt::join(layers, ", ")));
+    }
+    key_ = work_key();
+}
+
+std::string StackJob::work_key() const {
+    Digest digest;
+    digest.add(fmt::format(
+        "{} {} {} {} {} {} ", version(), chosen_estimator(scene_), layer_, static_cast<int>(format_),
+        static_cast<int>(type_),
+        line_.values().count("value-per-count") > 0 ? line_.values()["value-per-count"].as<double>() : 0.0));
+    digest.add(to_json(scene_.description));
+    std::set<fs::path> files;
+    for (const MediumDescription& medium : scene_.description.media) {
+        if (medium.grid && files.insert(medium.grid->file).second) digest.add_file(medium.grid->file);
+    }
+    return digest.finish();
+}
+
+fs::path StackJob::beside(int view, const std::string& end) const {
+    std::string name = split_name(output_).first;
+    if (views() > 1)
+        name +=
+            fmt::format("-view{:03.0f}", stack_.views.angles_rad[static_cast<std::size_t>(view)] * 57.29577951308232);
+    return output_.parent_path() / (name + end);
+}
+
+// The projection is the last file to be written, and says which work it ends.
+bool StackJob::is_finished() const {
+    for (int view = 0; view < views(); ++view) {
+        std::error_code ignored;
+        const fs::path first = format_ == StackFormat::Exr ? plane_path(view, 0) : view_path(view);
+        if (!fs::exists(first, ignored)) return false;
+        std::ifstream in(beside(view, ".png"), std::ios::binary);
+        std::string head(4096, '\0');
+        in.read(head.data(), static_cast<std::streamsize>(head.size()));
+        if (head.find(key_) == std::string::npos) return false;
+    }
+    return true;
+}
+
+void StackJob::require_disk(const PlaneStore& store) const {
+    int left = 0;
+    for (int image = 0; image < images(); ++image)
+        left += store.has(image) ? 0 : 1;
+    const double values = static_cast<double>(plane_pixels_ * channels_);
+    double result = values * (type_ == SampleType::UInt16 ? 2 : 4);
+    if (format_ == StackFormat::OmeZarr) result *= 1.34;  // its smaller levels
+    if (format_ == StackFormat::Exr) {                    // means and variances of every layer
+        std::vector<std::string> dyes(scene_.dyes.size(), "x");
+        const std::size_t layers = 3 + (scene_.description.film.per_dye ? dyes.size() : 0);
+        result = values * 8 * static_cast<double>(layers);
+    }
+    const double needed = left * store.plane_bytes() + images() * result;
+    std::error_code failure;
+    const fs::space_info space = fs::space(store.folder(), failure);
+    if (failure || needed <= static_cast<double>(space.available)) return;
+    throw OutputError(
+        fmt::format("{}: the stack ({} planes of {} x {} pixels, {} channels) needs about {:.3g} GB of disk "
+                    "and {:.3g} GB are free: take fewer planes or pixels, or write elsewhere",
+                    output_.string(), images(), scene_.description.camera.width, scene_.description.camera.height,
+                    channels_, needed / 1e9, static_cast<double>(space.available) / 1e9));
+}
+
+bool StackJob::render_planes(const PlaneStore& store) {
+    const auto progress = make_progress(line_.common());
+    PlaneProgress plane_progress(*progress);
+    int left = 0;
+    for (int image = 0; image < images(); ++image)
+        left += store.has(image) ? 0 : 1;
+    if (left < images() && !line_.common().quiet)
+        fmt::print(stderr, "fluovox: {} of {} planes are there already\n", images() - left, images());
+    progress->start("rendering", left * PlaneProgress::kUnits);
+    for (int image = 0; image < images(); ++image) {
+        if (store.has(image)) continue;
+        const auto begin = std::chrono::steady_clock::now();
+        const Scene here = scene_at(scene_, image / planes_, image % planes_);
+        const RenderResult result = render(here, plane_progress);
+        if (result.stopped) {
+            fmt::print(stderr,
+                       "fluovox: stopped after {} of {} planes, which are kept in {}; run the same command "
+                       "again to go on\n",
+                       images() - left, images(), store.folder().string());
+            return false;
+        }
+        if (format_ == StackFormat::Exr)
+            save_exr(store.folder() / fmt::format("{:05}.exr", image), result.film, here.description.film,
+                     provenance_of(here));
+        PlaneFigures figures;
+        const std::vector<float> values = plane_values(result.film, result.film.layer(layer_), figures);
+        figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        store.save(image, values, figures);
+        --left;
+    }
+    return true;
+}
+
+PlaneSource StackJob::source(const PlaneStore& store, int view) const {
+    return [this, &store, view](int plane, int channel, std::span<float> values) {
+        store.load(view * planes_ + plane, static_cast<std::size_t>(channel) * plane_pixels_, values);
+    };
+}
+
+void StackJob::write_view(const PlaneStore& store, const fs::path& path, const StackInfo& info, int view) {
+    // Written among the planes first: what a killed run leaves half done goes with them.
+    const fs::path fresh = store.folder() / ("result" + split_name(output_).second);
+    std::error_code failure;
+    fs::remove_all(fresh, failure);
+    if (format_ == StackFormat::OmeTiff) save_ome_tiff(fresh, info, source(store, view));
+    if (format_ == StackFormat::ImageJ) save_imagej_tiff(fresh, info, source(store, view));
+    if (format_ == StackFormat::OmeZarr) save_ome_zarr(fresh, info, source(store, view));
+    if (fs::is_directory(path, failure)) fs::remove_all(path, failure);
+    fs::rename(fresh, path, failure);
+    if (failure) throw OutputError(fmt::format("{}: {}", path.string(), failure.message()));
+    outputs_.push_back(path);
+}
+
+void StackJob::assemble(const PlaneStore& store, int view) {
+    StackInfo info = describe_stack(scene_, view);
+    info.key = key_;
+    info.type = type_;
+    for (int image = 0; image < images(); ++image)  // one scale for all views
+        info.max_value = std::max(info.max_value, store.figures(image).max_value);
+    if (type_ == SampleType::UInt16 && info.max_value > 0) info.value_per_count = info.max_value / 65535;
+    if (line_.values().count("value-per-count") > 0)
+        info.value_per_count = line_.values()["value-per-count"].as<double>();
+    if (format_ != StackFormat::Exr) {
+        write_view(store, view_path(view), info, view);
+    } else {
+        for (int plane = 0; plane < planes_; ++plane) {
+            const fs::path from = store.folder() / fmt::format("{:05}.exr", view * planes_ + plane);
+            std::error_code failure;
+            if (fs::exists(from)) fs::rename(from, plane_path(view, plane), failure);
+            if (failure) throw OutputError(fmt::format("{}: {}", plane_path(view, plane).string(), failure.message()));
+            outputs_.push_back(plane_path(view, plane));
+        }
+    }
+    const StackPictures pictures = make_stack_pictures(info, scene_.description.film, source(store, view));
+    save_apng(beside(view, ".apng"), pictures.frames, kFrame_ms);
+    save_png(beside(view, ".png"), pictures.projection,
+             {{"Description", "brightest values along the stack; " + pictures.exposure}, {kKeyRemark, key_}});
+    outputs_.push_back(beside(view, ".png"));
+    outputs_.push_back(beside(view, ".apng"));
+}
+
+void StackJob::warn_of_planes(const PlaneStore& store) const {
+    int dark = 0;
+    std::int64_t not_finite = 0;
+    std::int64_t exceeded = 0;
+    for (int image = 0; image < images(); ++image) {
+        const PlaneFigures figures = store.figures(image);
+        dark += figures.is_dark ? 1 : 0;
+        not_finite += figures.nan_count;
+        exceeded += figures.bound_violations;
+    }
+    if (dark == images()) {
+        warn(line_.common(), "every plane is black");
+        for (const std::string& reason : reasons_for_darkness(scene_at(scene_, 0, planes_ / 2)))
+            warn(line_.common(), reason);
+    } else if (dark > 0) {
+        warn(line_.common(), fmt::format("{} of {} planes are black", dark, images()));
+    }
+    if (not_finite > 0) warn(line_.common(), fmt::format("{} samples were not finite and count as zero", not_finite));
+    if (exceeded > 0) warn(line_.common(), fmt::format("{} bounds were exceeded: the images are biased", exceeded));
+}
+
+const char* how_to_open(StackFormat format) {
+    switch (format) {
+        case StackFormat::OmeTiff:
+            return "Fiji: Plugins > Bio-Formats > Importer, or napari; plain ImageJ: run again with --format imagej";
+        case StackFormat::ImageJ:
+            return "ImageJ or Fiji: File > Open";
+        case StackFormat::OmeZarr:
+            return "napari (with napari-ome-zarr), Fiji: File > Import > HDF5/N5/Zarr/OME-NGFF";
+        default:
+            return "any viewer of OpenEXR files; fluovox spectrum";
+    }
+}
+
+void StackJob::report(const PlaneStore* store, double seconds) const {
+    nlohmann::ordered_json planes = nlohmann::ordered_json::array();
+    std::vector<double> errors;
+    std::vector<double> bright;
+    std::int64_t nan_count = 0;
+    std::int64_t bound_violations = 0;
+    for (int image = 0; image < images() && store != nullptr; ++image) {
+        const PlaneFigures figures = store->figures(image);
+        planes.push_back({{"view", image / planes_},
+                          {"plane", image % planes_},
+                          {"offset_um", plane_offset_um(stack_, image % planes_)},
+                          {"seconds", figures.seconds},
+                          {"median_relative_error", figures.median_relative_error},
+                          {"bright_relative_error", figures.bright_relative_error}});
+        nan_count += figures.nan_count;
+        bound_violations += figures.bound_violations;
+        errors.push_back(figures.median_relative_error);
+        bright.push_back(figures.bright_relative_error);
+    }
+    const auto median = [](std::vector<double>& values) {
+        if (values.empty()) return 0.0;
+        std::sort(values.begin(), values.end());
+        return values[values.size() / 2];
+    };
+    const double error = median(errors);
+    const double bright_error = median(bright);
+    std::vector<std::string> names;
+    for (const fs::path& path : outputs_)
+        names.push_back(path.string());
+    if (line_.common().json) {
+        const nlohmann::ordered_json json = {
+            {"outputs", names},
+            {"seconds", seconds},
+            {"samples", scene_.description.render.samples},
+            {"threads", tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)},
+            {"estimator", chosen_estimator(scene_)},
+            {"nan_count", nan_count},
+            {"bound_violations", bound_violations},
+            {"median_relative_error", error},
+            {"bright_relative_error", bright_error},
+            {"planes", planes},
+            {"peak_memory_bytes", peak_resident_bytes()},
+        };
+        fmt::print("{}\n", json.dump(2));
+        return;
+    }
+    for (const std::string& name : names)
+        fmt::print("{}\n", name);
+    if (line_.common().quiet) return;
+    if (store == nullptr) {
+        fmt::print(stderr, "{} is finished already\n", output_.string());
+    } else {
+        fmt::print(stderr,
+                   "{} planes of {} x {} pixels, {} channels, {} samples each, estimator {}, {:.1f} s; median relative "
+                   "error {:.3g} %, in the brightest tenth {:.3g} %\n",
+                   images(), scene_.description.camera.width, scene_.description.camera.height, channels_,
+                   scene_.description.render.samples, chosen_estimator(scene_), seconds, 100 * error,
+                   100 * bright_error);
+    }
+    fmt::print(stderr, "Open with {}\n", how_to_open(format_));
+}
+
+ExitCode StackJob::run() {
+    const auto begin = std::chrono::steady_clock::now();
+    for (const std::string& doubt : doubts_about_stack(scene_))
+        warn(line_.common(), doubt);
+    const bool overwrite = line_.values()["overwrite"].as<bool>();
+    if (!overwrite && is_finished()) {
+        for (int view = 0; view < views(); ++view) {
+            for (int plane = 0; plane < planes_ && format_ == StackFormat::Exr; ++plane)
+                outputs_.push_back(plane_path(view, plane));
+            if (format_ != StackFormat::Exr) outputs_.push_back(view_path(view));
+            outputs_.push_back(beside(view, ".png"));
+            outputs_.push_back(beside(view, ".apng"));
+        }
+        report(nullptr, 0);
+        return ExitCode::Ok;
+    }
+    if (format_ != StackFormat::OmeZarr) require_writable(output_);
+    const PlaneStore store(folder(), key_, plane_pixels_ * channels_, overwrite);
+    try {
+        require_disk(store);
+        if (!render_planes(store)) return ExitCode::Stopped;
+        for (int view = 0; view < views(); ++view)
+            assemble(store, view);
+    } catch (const OutputError& e) {
+        // Planes that are finished stay; a folder without any goes.
+        bool any = false;
+        for (int image = 0; image < images() && !any; ++image)
+            any = store.has(image);
+        if (!any) store.remove();
+        throw OutputError(std::string(e.what()) + (any ? "; finished planes are kept, run again to go on" : ""));
+    }
+    warn_of_planes(store);
+    report(&store, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    store.remove();
+    return ExitCode::Ok;
+}
+
+}  // namespace
+
+void add_stack_options(CommandLine& line) {
+    auto add = line.options().add_options();
+    add("format", po::value<std::string>()->value_name("NAME"),
+        "of a stack: ome-tiff, imagej, ome-zarr or exr (default: by the file's name)");
+    add("type", po::value<std::string>()->default_value("float32")->value_name("float32|uint16"),
+        "of a stack's values");
+    add("value-per-count", po::value<double>()->value_name("X"),
+        "of uint16 (default: the stack's largest value becomes 65535)");
+    add("layer", po::value<std::string>()->default_value(kTotalLayer)->value_name("NAME"),
+        "which light a stack holds: total, fluorescence, elastic, or a dye (film.per_dye)");
+    add("overwrite", po::bool_switch(), "drop the planes that other work left beside the stack");
+}
+
+std::optional<StackFormat> stack_format(const CommandLine& line, const fs::path& output) {
+    if (line.values().count("format") > 0) {
+        const std::string name = line.values()["format"].as<std::string>();
+        if (name == "ome-tiff") return StackFormat::OmeTiff;
+        if (name == "imagej") return StackFormat::ImageJ;
+        if (name == "ome-zarr") return StackFormat::OmeZarr;
+        if (name == "exr") return StackFormat::Exr;
+        line.fail("--format is ome-tiff, imagej, ome-zarr or exr, not \"" + name + '"');
+    }
+    const std::string extension = output.extension().string();
+    if (extension == ".exr") return StackFormat::Exr;
+    if (extension == ".tif" || extension == ".tiff") return StackFormat::OmeTiff;
+    if (extension == ".zarr") return StackFormat::OmeZarr;
+    return std::nullopt;
+}
+
+ExitCode render_stack(const CommandLine& line, const Scene& scene, const fs::path& output, StackFormat format) {
+    return StackJob(line, scene, output, format).run();
+}
+
+}  // namespace fluovox::tools
