@@ -13,6 +13,7 @@ ExitCode run_render(const std::vector<std::string>& arguments);
 ExitCode run_info(const std::vector<std::string>& arguments);
 ExitCode run_voxelize(const std::vector<std::string>& arguments);
 ExitCode run_spectrum(const std::vector<std::string>& arguments);
+ExitCode run_sensor(const std::vector<std::string>& arguments);
 ExitCode run_diff(const std::vector<std::string>& arguments);
 
 }  // namespace fluovox::tools

@@ -24,6 +24,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"fluence", "photons from the lights: fluence, absorbed dose and the energy budget", fluovox::tools::run_fluence},
     {"dyes", "the dyes it knows, one dye's numbers and spectra, tissue", fluovox::tools::run_dyes},
     {"spectrum", "the spectral response of an image, against its dye's emission", fluovox::tools::run_spectrum},
+    {"sensor", "what a camera makes of a stack: photons, electrons, noise, counts", fluovox::tools::run_sensor},
     {"diff", "are two renders the same within their noise?", fluovox::tools::run_diff},
 });
 

@@ -134,7 +134,8 @@ std::string pixels_xml(const StackInfo& info) {
     std::string xml = fmt::format(
         R"(    <Pixels ID="Pixels:0" DimensionOrder="XYCZT" Type="{}" SignificantBits="{}" Interleaved="false" BigEndian="false")"
         R"( SizeX="{}" SizeY="{}" SizeC="{}" SizeZ="{}" SizeT="1")",
-        counts ? "uint16" : "float", counts ? 16 : 32, info.width, info.height, info.channels.size(), info.planes);
+        counts ? "uint16" : "float", counts ? info.significant_bits : 32, info.width, info.height, info.channels.size(),
+        info.planes);
     xml += fmt::format(
         R"( PhysicalSizeX="{0}" PhysicalSizeXUnit="{2}" PhysicalSizeY="{0}" PhysicalSizeYUnit="{2}" PhysicalSizeZ="{1}")"
         R"( PhysicalSizeZUnit="{2}">)"

@@ -20,6 +20,7 @@ std::string to_json(const StackInfo& info) {
                             {"emission_nm", channel.emission_nm},
                             {"width_nm", channel.width_nm},
                             {"counts_photons", channel.counts_photons},
+                            {"has_efficiency", channel.has_efficiency},
                             {"rgb", channel.rgb}});
     }
     Json positions = Json::array();
@@ -39,6 +40,7 @@ std::string to_json(const StackInfo& info) {
                        {"unit", info.unit},
                        {"type", info.type == SampleType::UInt16 ? "uint16" : "float32"},
                        {"value_per_count", info.value_per_count},
+                       {"significant_bits", info.significant_bits},
                        {"max_value", info.max_value},
                        {"key", info.key}};
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -54,7 +56,7 @@ StackInfo stack_info_from_json(const std::string& text) {
     for (const Json& channel : json.at("channels")) {
         info.channels.push_back({channel.at("name"), channel.at("dye"), channel.at("excitation_nm"),
                                  channel.at("emission_nm"), channel.at("width_nm"), channel.at("counts_photons"),
-                                 channel.at("rgb")});
+                                 channel.at("has_efficiency"), channel.at("rgb")});
     }
     for (const Json& p : json.at("positions_um"))
         info.positions_um.push_back({p.at(0), p.at(1), p.at(2)});
@@ -68,6 +70,7 @@ StackInfo stack_info_from_json(const std::string& text) {
     info.unit = json.at("unit");
     info.type = json.at("type") == "uint16" ? SampleType::UInt16 : SampleType::Float32;
     info.value_per_count = json.at("value_per_count");
+    info.significant_bits = json.at("significant_bits");
     info.max_value = json.at("max_value");
     info.key = json.at("key");
     return info;

@@ -18,11 +18,12 @@ enum class SampleType {
 /// One channel of a stack.
 struct StackChannel {
     std::string name;
-    std::string dye;           ///< what is mostly seen in it; empty: no dye
-    double excitation_nm = 0;  ///< laser line that excites the dye; 0: none
-    double emission_nm = 0;    ///< centre of what the channel sees
-    double width_nm = 0;       ///< values are per nm of such a bin; 0: integrated over the channel
-    bool counts_photons = false;
+    std::string dye;               ///< what is mostly seen in it; empty: no dye
+    double excitation_nm = 0;      ///< laser line that excites the dye; 0: none
+    double emission_nm = 0;        ///< centre of what the channel sees
+    double width_nm = 0;           ///< values are per nm of such a bin; 0: integrated over the channel
+    bool counts_photons = false;   ///< photons, not watts
+    bool has_efficiency = false;   ///< the detector's efficiency is in the values already
     std::uint32_t rgb = 0xFFFFFF;  ///< colour to show it in, 0xRRGGBB
 };
 
@@ -42,6 +43,7 @@ struct StackInfo {
     std::string unit;       ///< "W.m^-2.sr^-1", "photons", "umol/L" ...; empty: none
     SampleType type = SampleType::Float32;
     double value_per_count = 1;  ///< UInt16 only
+    int significant_bits = 16;   ///< of counts
     double max_value = 0;        ///< largest value, for viewers
     std::string scene_json;      ///< the scene with every default
     std::string key;             ///< the same for the same work

@@ -58,6 +58,7 @@ std::vector<StackChannel> describe_channels(const Scene& scene) {
         channel.name = of_film.name;
         channel.emission_nm = of_film.center_nm;
         channel.counts_photons = of_film.counts_photons || film.unit == FilmUnit::Photons;
+        channel.has_efficiency = of_film.counts_photons;
         if (film.is_spectral) channel.width_nm = of_film.response.last_nm() - of_film.response.first_nm();
         channel.rgb = colors[c];
         const int dye = brightest_dye(scene, lights, of_film);
