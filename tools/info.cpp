@@ -46,6 +46,13 @@ Json grid_json(const GridInfo& grid) {
     return json;
 }
 
+/// Zero where a coordinate is nothing beside a voxel.
+Vec3 without_rounding(Vec3 position, const Vec3& voxel) {
+    for (int axis = 0; axis < 3; ++axis)
+        if (std::abs(position[axis]) < 1e-9 * voxel[axis]) position[axis] = 0;
+    return position;
+}
+
 void print_grid(const GridInfo& grid) {
     fmt::print("{}\n", grid.entry.name.empty() ? "(no name)" : grid.entry.name);
     if (!grid.entry.readable) {
@@ -61,8 +68,8 @@ void print_grid(const GridInfo& grid) {
     fmt::print("  voxel size    {:g} x {:g} x {:g} um\n", voxel.x, voxel.y, voxel.z);
     fmt::print("  active voxels {}\n", grid.active_voxels);
     if (!grid.bbox_um.empty()) {
-        const Vec3& low = grid.bbox_um.min;
-        const Vec3& high = grid.bbox_um.max;
+        const Vec3 low = without_rounding(grid.bbox_um.min, voxel);
+        const Vec3 high = without_rounding(grid.bbox_um.max, voxel);
         fmt::print("  bounding box  [{:g}, {:g}, {:g}] to [{:g}, {:g}, {:g}] um\n", low.x, low.y, low.z, high.x, high.y,
                    high.z);
         fmt::print("  concentration min {:.6g}, mean {:.6g}, max {:.6g} {}\n", grid.min, grid.mean, grid.max, unit);

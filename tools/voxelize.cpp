@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -65,6 +66,19 @@ Json part_json(const PartReport& part, const MorphologyReport& morphology) {
             {"repeated_points", morphology.repeated_points}};
 }
 
+Json part_json(const PartReport& part, const SegmentReport& segment) {
+    return {{"name", part.name},
+            {"sha256", part.sha256},
+            {"label", segment.label},
+            {"voxels", segment.voxels},
+            {"volume_um3", segment.volume_um3}};
+}
+
+Json any_part_json(const PartReport& part) {
+    if (part.segment) return part_json(part, *part.segment);
+    return part.morphology ? part_json(part, *part.morphology) : part_json(part);
+}
+
 Json group_json(const GroupReport& group) {
     const VoxelizeReport& voxels = group.voxels;
     const double share =
@@ -82,7 +96,7 @@ Json group_json(const GroupReport& group) {
                  {"voxelizing_seconds", group.seconds - group.reading_seconds},
                  {"meshes", Json::array()}};
     for (const PartReport& part : group.parts) {
-        json["meshes"].push_back(part.morphology ? part_json(part, *part.morphology) : part_json(part));
+        json["meshes"].push_back(any_part_json(part));
         if (part.label != 0) json["meshes"].back()["label"] = part.label;
     }
     return json;
@@ -110,8 +124,11 @@ void print_summary(const SpecimenResult& result, const std::string& output) {
         text += fmt::format(" {} {} voxels", info.entry.name, info.active_voxels);
         text += info.entry.readable ? fmt::format(", {:.6g} mol;", info.total_mol) : std::string(";");
     }
-    fmt::print("{}:{} voxels of {:g} um, {:.2f} s, {} MB\n", output, text, result.voxel_size_um, seconds,
-               peak_bytes() / 1000000);
+    const Vec3 size = inspect_dye_grid(result.grids.front()).voxel_size_um;
+    const bool cubes = std::abs(size.y - size.x) + std::abs(size.z - size.x) < 1e-6 * size.x;
+    const std::string voxel = cubes ? fmt::format("{:g} um", result.voxel_size_um)
+                                    : fmt::format("{:g} x {:g} x {:g} um", size.x, size.y, size.z);
+    fmt::print("{}:{} voxels of {}, {:.2f} s, {} MB\n", output, text, voxel, seconds, peak_bytes() / 1000000);
 }
 
 /// A level set is one step: read, convert, describe.
@@ -133,6 +150,12 @@ SpecimenResult convert_levelset(const VoxelizeRequest& request) {
     return result;
 }
 
+SpecimenResult run_request(const VoxelizeRequest& request, Progress& progress) {
+    if (!request.levelset.empty()) return convert_levelset(request);
+    if (request.segmentation) return voxelize_segmentation(*request.segmentation, request.settings, progress);
+    return voxelize_specimen(request.groups, request.settings, progress);
+}
+
 }  // namespace
 
 ExitCode run_voxelize(const std::vector<std::string>& arguments) {
@@ -146,9 +169,7 @@ ExitCode run_voxelize(const std::vector<std::string>& arguments) {
     for (const std::string& remark : request.remarks)
         say(remark);
 
-    const SpecimenResult result = request.levelset.empty()
-                                      ? voxelize_specimen(request.groups, request.settings, *progress)
-                                      : convert_levelset(request);
+    const SpecimenResult result = run_request(request, *progress);
     if (progress->stopped()) {
         say("stopped; nothing was written");
         return ExitCode::Stopped;

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
@@ -23,7 +24,8 @@ double quantity(const CommandLine& line, const std::string& option, const std::s
     try {
         return parse_quantity(text, dimension);
     } catch (const std::invalid_argument& e) {
-        line.fail(option + ' ' + text + ": " + e.what());
+        const bool whole = option.ends_with(text);
+        line.fail(option + (whole ? "" : ' ' + text) + ": " + e.what());
     }
 }
 
@@ -31,6 +33,18 @@ double positive_length(const CommandLine& line, const std::string& option, const
     const double um = quantity(line, option, text, Dimension::Length);
     if (!(um > 0)) line.fail(option + ' ' + text + ": must be greater than zero");
     return um;
+}
+
+std::vector<std::string> split(const std::string& text, char separator) {
+    std::vector<std::string> parts(1);
+    for (const char c : text) {
+        if (c == separator) {
+            parts.emplace_back();
+        } else {
+            parts.back() += c;
+        }
+    }
+    return parts;
 }
 
 /// "nm", "um", "8nm": micrometres per unit of the mesh.
@@ -41,14 +55,7 @@ double mesh_unit(const CommandLine& line, const std::string& text) {
 
 /// "0um,0um,0um,10um,20um,5um": two corners.
 Bounds box(const CommandLine& line, const std::string& option, const std::string& text) {
-    std::vector<std::string> parts(1);
-    for (const char c : text) {
-        if (c == ',') {
-            parts.emplace_back();
-        } else {
-            parts.back() += c;
-        }
-    }
+    const std::vector<std::string> parts = split(text, ',');
     if (parts.size() != 6)
         line.fail(option + ' ' + text + ": wants X0,Y0,Z0,X1,Y1,Z1, for example 0um,0um,0um,50um,50um,20um");
     Bounds bounds;
@@ -66,22 +73,19 @@ struct DyeChoice {
     double concentration_uM = 0;
 };
 
-DyeChoice parse_dye(const CommandLine& line, const std::string& text, std::vector<std::string>& remarks) {
-    const auto equals = text.rfind('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-        line.fail("--dye " + text + ": wants NAME=CONCENTRATION, for example EGFP=5uM");
-    }
+/// `text` is the whole of an option like "--dye EGFP=5uM", `name` and `concentration` its parts.
+DyeChoice choose_dye(const CommandLine& line, const std::string& text, const std::string& name,
+                     const std::string& concentration, std::vector<std::string>& remarks) {
     DyeChoice choice;
-    choice.concentration_uM = quantity(line, "--dye", text.substr(equals + 1), Dimension::Concentration);
-    if (!(choice.concentration_uM > 0)) line.fail("--dye " + text + ": the concentration must be greater than zero");
-    const std::string name = text.substr(0, equals);
+    choice.concentration_uM = quantity(line, text, concentration, Dimension::Concentration);
+    if (!(choice.concentration_uM > 0)) line.fail(text + ": the concentration must be greater than zero");
     if (const auto match = find_dye(name)) {
         choice.name = match->dye.name;
         if (!match->remark.empty()) remarks.push_back(match->remark);
     } else if (name.ends_with(".toml") || name.find('/') != std::string::npos) {
         choice.name = load_dye(name).name;
     } else {
-        throw Error(ExitCode::Scene, "--dye " + text + ": " + unknown_dye_message(name));
+        throw Error(ExitCode::Scene, text + ": " + unknown_dye_message(name));
     }
     constexpr double kAbsurd_uM = 1e5;
     if (choice.concentration_uM > kAbsurd_uM) {
@@ -90,6 +94,14 @@ DyeChoice parse_dye(const CommandLine& line, const std::string& text, std::vecto
                         choice.name, choice.concentration_uM * 1e-6));
     }
     return choice;
+}
+
+DyeChoice parse_dye(const CommandLine& line, const std::string& text, std::vector<std::string>& remarks) {
+    const auto equals = text.rfind('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+        line.fail("--dye " + text + ": wants NAME=CONCENTRATION, for example EGFP=5uM");
+    }
+    return choose_dye(line, "--dye " + text, text.substr(0, equals), text.substr(equals + 1), remarks);
 }
 
 /// The files that one positional argument stands for: itself, or the meshes of a folder by name.
@@ -156,6 +168,21 @@ Choice choose(const CommandLine& line, const std::string& option,
     line.fail("--" + option + ' ' + text + ": is one of " + names);
 }
 
+void parse_boxes(const CommandLine& line, SpecimenSettings& settings) {
+    const auto& values = line.values();
+    const double padding = values.count("padding") == 0
+                               ? 0
+                               : quantity(line, "--padding", values["padding"].as<std::string>(), Dimension::Length);
+    for (const char* option : {"bbox", "clip"}) {
+        if (values.count(option) == 0) continue;
+        Bounds bounds = box(line, std::string("--") + option, values[option].as<std::string>());
+        bounds.min = bounds.min - Vec3{padding, padding, padding};
+        bounds.max = bounds.max + Vec3{padding, padding, padding};
+        settings.voxels.clip_um = bounds;
+        if (std::string(option) == "bbox") settings.bbox_um = bounds;
+    }
+}
+
 void parse_settings(const CommandLine& line, SpecimenSettings& settings) {
     const auto& values = line.values();
     if (values.count("voxel-size") == values.count("resolution")) {
@@ -168,17 +195,7 @@ void parse_settings(const CommandLine& line, SpecimenSettings& settings) {
         constexpr int kMost = 1 << 20;
         if (settings.resolution < 1 || settings.resolution > kMost) line.fail("--resolution must be 1 to 1048576");
     }
-    const double padding = values.count("padding") == 0
-                               ? 0
-                               : quantity(line, "--padding", values["padding"].as<std::string>(), Dimension::Length);
-    for (const char* option : {"bbox", "clip"}) {
-        if (values.count(option) == 0) continue;
-        Bounds bounds = box(line, std::string("--") + option, values[option].as<std::string>());
-        bounds.min = bounds.min - Vec3{padding, padding, padding};
-        bounds.max = bounds.max + Vec3{padding, padding, padding};
-        settings.voxels.clip_um = bounds;
-        if (std::string(option) == "bbox") settings.bbox_um = bounds;
-    }
+    parse_boxes(line, settings);
     settings.voxels.inside = choose<InsideRule>(
         line, "inside", {{"auto", InsideRule::Auto}, {"stab", InsideRule::Stab}, {"winding", InsideRule::Winding}});
     settings.overlap = choose<OverlapRule>(line, "overlap",
@@ -202,20 +219,24 @@ CommandLine voxelize_command_line() {
                      "  fluovox voxelize neuron.obj -o neuron.vdb --dye EGFP=5uM --voxel-size 0.1um\n"
                      "  fluovox voxelize cell.ply -o cell.vdb --dye EGFP=5uM --voxel-size 50nm --mesh-unit nm\n"
                      "  fluovox voxelize cell.swc -o cell.vdb --dye EGFP=5uM --voxel-size 0.2um\n"
+                     "  fluovox voxelize segmentation.tif -o cells.vdb --label 17=EGFP:5uM --label 3=mCherry:2uM\n"
+                     "  fluovox voxelize mask.nrrd -o cell.vdb --dye EGFP=5uM --voxel-size 16nm,16nm,40nm\n"
                      "  fluovox voxelize --from-levelset sdf.vdb -o cell.vdb --dye EGFP=5uM\n"
                      "  fluovox voxelize --circuit cells.csv -o circuit.vdb --voxel-size 0.2um --labels\n"
                      "  fluovox voxelize axon.ply dendrite.ply --dye EGFP=5uM nucleus.stl --dye DAPI=1uM \\\n"
                      "      -o cell.vdb --resolution 512\n");
     auto add = line.options().add_options();
     add("mesh", po::value<std::vector<std::string>>()->value_name("MESH"),
-        "OBJ, PLY, STL, OFF, glTF, GLB; SWC, ASC (Neurolucida); a folder stands for all in it");
+        "OBJ, PLY, STL, OFF, glTF, GLB; SWC, ASC (Neurolucida); a folder stands for all in it; "
+        "or one mask or volume of labels: TIFF stack, NRRD");
     add("output,o", po::value<std::string>()->value_name("OUT.vdb"), "the grid file to write");
     add("dye", po::value<std::vector<std::string>>()->composing()->value_name("NAME=CONC"),
         "dye and concentration of the meshes since the last --dye: EGFP=5uM, or mydye.toml=2uM");
-    add("voxel-size", po::value<std::string>()->value_name("LENGTH"), "0.1um, 20nm");
+    add("voxel-size", po::value<std::string>()->value_name("LENGTH"),
+        "0.1um, 20nm; of a segmentation: what its voxels are instead of what it says, 16nm,16nm,40nm");
     add("resolution", po::value<int>()->value_name("N"), "instead: voxels along the longest side of everything");
     add("mesh-unit", po::value<std::string>()->value_name("UNIT"),
-        "what one unit of the meshes is: nm, um, 8nm (default: um; glTF says metres itself)");
+        "what one unit of the meshes is: nm, um, 8nm (default: um; glTF says metres itself), or of a NRRD file");
     add("inside", po::value<std::string>()->default_value("auto")->value_name("RULE"),
         "at holes: stab (caps), winding (generalized winding number), auto (caps where the hole is flat)");
     add("overlap", po::value<std::string>()->default_value("max")->value_name("RULE"),
@@ -224,9 +245,11 @@ CommandLine voxelize_command_line() {
         "X0,Y0,Z0,X1,Y1,Z1: only this part, and what --resolution means");
     add("clip", po::value<std::string>()->value_name("BOX"), "X0,Y0,Z0,X1,Y1,Z1: only this part");
     add("padding", po::value<std::string>()->value_name("LENGTH"), "makes the box larger on every side");
+    add("label", po::value<std::vector<std::string>>()->composing()->value_name("N=DYE:CONC"),
+        "of a segmentation: which labels are which dye: 17=EGFP:5uM, or 1,4,10-19=EGFP:5uM; as often as needed");
     add("circuit", po::value<std::string>()->value_name("CELLS.csv"),
         "many cells: file, x, y, z (um), rx, ry, rz (degrees), scale, dye, concentration, label");
-    add("labels", po::bool_switch(), "add an integer grid of labels: which mesh owns each voxel");
+    add("labels", po::bool_switch(), "add an integer grid of labels: which mesh (or label) owns each voxel");
     add("shell", po::value<std::string>()->value_name("LENGTH"),
         "fill a layer this thick along the surface instead of the inside (membrane dyes)");
     add("from-levelset", po::value<std::string>()->value_name("FILE.vdb"),
@@ -292,6 +315,97 @@ void parse_levelset(const CommandLine& line, VoxelizeRequest& request) {
     request.settings.half = values["half"].as<bool>();
 }
 
+std::uint64_t label_number(const CommandLine& line, const std::string& option, const std::string& text) {
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size() || number == 0) {
+        line.fail(option + ": \"" + text + "\" is no label; labels are whole numbers from 1");
+    }
+    return number;
+}
+
+/// "17=EGFP:5uM", "1,4,10-19=EGFP:5uM".
+SegmentDye parse_label(const CommandLine& line, const std::string& text, std::vector<std::string>& remarks) {
+    const std::string option = "--label " + text;
+    const auto equals = text.find('=');
+    const auto colon = text.rfind(':');
+    if (equals == std::string::npos || equals == 0 || colon == std::string::npos || colon < equals + 2) {
+        line.fail(option + ": wants LABEL=DYE:CONCENTRATION, for example 17=EGFP:5uM");
+    }
+    SegmentDye dye;
+    dye.text = text.substr(0, equals);
+    for (const std::string& range : split(dye.text, ',')) {
+        const std::vector<std::string> ends = split(range, '-');
+        const std::uint64_t first = label_number(line, option, ends.front());
+        const std::uint64_t last = ends.size() == 1 ? first : label_number(line, option, ends.back());
+        if (ends.size() > 2 || last < first) line.fail(option + ": " + range + " is no range of labels");
+        dye.labels.emplace_back(first, last);
+    }
+    const DyeChoice choice =
+        choose_dye(line, option, text.substr(equals + 1, colon - equals - 1), text.substr(colon + 1), remarks);
+    dye.dye = choice.name;
+    dye.concentration_uM = choice.concentration_uM;
+    return dye;
+}
+
+/// A volume of labels keeps its voxels; what makes or moves voxels of meshes has no meaning for it.
+void parse_segmentation(const CommandLine& line, const std::string& file, VoxelizeRequest& request) {
+    const auto& values = line.values();
+    for (const char* option : {"resolution", "shell", "circuit", "from-levelset"}) {
+        if (values.count(option) == 0) continue;
+        line.fail(std::string("--") + option + " is for meshes; a segmentation keeps its own voxels");
+    }
+    Segmentation segmentation;
+    segmentation.file = file;
+    segmentation.um_per_unit = request.um_per_unit;
+    if (values.count("voxel-size") != 0) {
+        const auto text = values["voxel-size"].as<std::string>();
+        const std::vector<std::string> sides = split(text, ',');
+        if (sides.size() != 1 && sides.size() != 3) line.fail("--voxel-size " + text + ": wants one length, or X,Y,Z");
+        Vec3 size;
+        for (int axis = 0; axis < 3; ++axis)
+            size[axis] =
+                positive_length(line, "--voxel-size", sides[sides.size() == 1 ? 0 : static_cast<std::size_t>(axis)]);
+        segmentation.voxel_size_um = size;
+    }
+    const auto list = [&](const char* option) {
+        return values.count(option) == 0 ? std::vector<std::string>() : values[option].as<std::vector<std::string>>();
+    };
+    for (const std::string& text : list("label"))
+        segmentation.dyes.push_back(parse_label(line, text, request.remarks));
+    const std::vector<std::string> dyes = list("dye");
+    if (dyes.size() + (segmentation.dyes.empty() ? 0 : 1) != 1) {
+        line.fail(
+            "which dye? A mask takes one --dye NAME=CONCENTRATION for all of it, a volume of labels takes "
+            "--label N=NAME:CONCENTRATION, for example --label 17=EGFP:5uM");
+    }
+    if (!dyes.empty()) {
+        const DyeChoice dye = parse_dye(line, dyes.front(), request.remarks);
+        segmentation.dyes.push_back({dye.name, dye.concentration_uM, {}, "above 0"});
+    }
+    parse_boxes(line, request.settings);
+    request.settings.voxels.max_bytes = values["max-bytes"].as<double>();
+    request.settings.half = values["half"].as<bool>();
+    request.settings.labels = values["labels"].as<bool>();
+    request.segmentation = std::move(segmentation);
+}
+
+/// The segmentation among the inputs, which must then be the only one.
+std::optional<std::string> segmentation_file(const CommandLine& line) {
+    const auto& values = line.values();
+    if (values.count("mesh") == 0) return {};
+    const auto files = values["mesh"].as<std::vector<std::string>>();
+    const auto at = std::find_if(files.begin(), files.end(), [](const std::string& file) {
+        return is_segmentation_file(file) && !fs::is_directory(file);
+    });
+    if (at == files.end()) {
+        if (values.count("label") != 0) line.fail("--label is for segmentations (TIFF, NRRD)");
+        return {};
+    }
+    if (files.size() > 1) line.fail(*at + " is a segmentation: it takes a run and a file of its own");
+    return *at;
+}
+
 }  // namespace
 
 bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments, VoxelizeRequest& request) {
@@ -302,11 +416,16 @@ bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments
     if (values.count("mesh") == 0 && !levelset && !circuit) line.fail("which mesh?");
     if (values.count("mesh") != 0 && circuit) line.fail("--circuit names all meshes itself");
     if (values.count("output") == 0) line.fail("where to? add -o OUT.vdb");
-    if (values.count("dye") == 0 && !circuit)
+    const auto segmentation = segmentation_file(line);
+    if (values.count("dye") == 0 && !circuit && !segmentation)
         line.fail("which dye? add --dye NAME=CONCENTRATION, for example --dye EGFP=5uM");
     request.output = values["output"].as<std::string>();
     if (values.count("report") != 0) request.report = values["report"].as<std::string>();
     if (values.count("mesh-unit") != 0) request.um_per_unit = mesh_unit(line, values["mesh-unit"].as<std::string>());
+    if (segmentation) {
+        parse_segmentation(line, *segmentation, request);
+        return true;
+    }
     if (levelset) {
         parse_levelset(line, request);
         return true;

@@ -200,6 +200,49 @@ TEST_F(VoxelizeCommand, MorphologiesShellsAndLevelSetsBecomeGrids) {
     EXPECT_TRUE(found("EGFP .* 1\\.67[0-9]*e-19 mol", ball.out)) << ball.out << ball.err;  // 33.5 um3
 }
 
+// 4 x 3 x 2 voxels of 16 x 16 x 40 nm: six of label 17, two of label 3.
+TEST_F(VoxelizeCommand, ASegmentationBecomesGridsByLabel) {
+    write("labels.nrrd",
+          "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 2\nencoding: ascii\nspacings: 16 16 40\n"
+          "units: \"nm\" \"nm\" \"nm\"\n\n"
+          "17 17 17 0  0 0 0 0  3 0 0 -1\n17 17 17 0  0 0 0 0  3 0 0 0\n");
+    const ProgramResult result = run({"voxelize", "labels.nrrd", "-o", "s.vdb", "--label", "17=EGFP:5uM", "--label",
+                                      "3=mCherry:2uM", "--labels", "--report", "r.json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(
+        found("EGFP 6 voxels, 3\\.072e-25 mol; mCherry 2 voxels, .*; labels 8 voxels; voxels of 0\\.016 x 0\\.016 "
+              "x 0\\.04 um",
+              result.out))
+        << result.out;
+    EXPECT_TRUE(found("\"label\": 17,\\s*\"voxels\": 6", read("r.json"))) << read("r.json");
+    expect_rows({
+        {"a label that is not there",
+         {"voxelize", "labels.nrrd", "-o", "t.vdb", "--label", "18=EGFP:5uM"},
+         4,
+         "has no label 18 .*it has 2 labels: 3, 17"},
+        {"no dye", {"voxelize", "labels.nrrd", "-o", "t.vdb"}, 2, "--label 17=EGFP:5uM"},
+        {"a label without a dye", {"voxelize", "labels.nrrd", "-o", "t.vdb", "--label", "17"}, 2, "wants LABEL=DYE"},
+        {"label 0", {"voxelize", "labels.nrrd", "-o", "t.vdb", "--label", "0=EGFP:1uM"}, 2, "from 1"},
+        {"a range that runs backwards",
+         {"voxelize", "labels.nrrd", "-o", "t.vdb", "--label", "9-3=EGFP:1uM"},
+         2,
+         "9-3 is no range"},
+        {"an option of meshes",
+         {"voxelize", "labels.nrrd", "-o", "t.vdb", "--dye", "EGFP=1uM", "--resolution", "64"},
+         2,
+         "--resolution is for meshes"},
+        {"labels of a mesh",
+         {"voxelize", "box.obj", "-o", "t.vdb", "--label", "1=EGFP:1uM", "--voxel-size", "1um"},
+         2,
+         "--label is for segmentations"},
+        {"with a mesh",
+         {"voxelize", "box.obj", "labels.nrrd", "-o", "t.vdb", "--dye", "EGFP=1uM"},
+         2,
+         "takes a run and a file of its own"},
+    });
+    EXPECT_EQ(files(), (std::vector<std::string>{"box.obj", "labels.nrrd", "r.json", "s.vdb", "small.obj"}));
+}
+
 TEST_F(VoxelizeCommand, InfoDrawsAPreview) {
     run({"voxelize", "box.obj", "-o", "box.vdb", "--dye", "EGFP=5uM", "--voxel-size", "1um"});
     EXPECT_EQ(run({"info", "box.vdb", "--preview", "box.png"}).exit_code, 0);

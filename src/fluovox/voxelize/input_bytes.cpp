@@ -2,12 +2,17 @@
 
 #include "fluovox/core/error.h"
 
+#include <fcntl.h>
 #include <openssl/sha.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <utility>
 
 namespace fluovox {
 
@@ -26,6 +31,32 @@ std::string load_bytes(const fs::path& file) {
         throw InputError(file.string() + ": cannot be read");
     }
     return bytes;
+}
+
+MappedBytes::MappedBytes(const fs::path& file) {
+    std::error_code failure;
+    if (fs::is_directory(file, failure)) throw InputError(file.string() + ": is a folder, not a file");
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);  // NOLINT(*-vararg)
+    if (descriptor < 0) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
+    struct stat status {};
+    bool mapped = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+    if (mapped && status.st_size > 0) {
+        start_ = ::mmap(nullptr, static_cast<std::size_t>(status.st_size), PROT_READ, MAP_PRIVATE, descriptor, 0);
+        mapped = start_ != MAP_FAILED;
+        if (mapped) size_ = static_cast<std::size_t>(status.st_size);
+        if (!mapped) start_ = nullptr;
+    }
+    ::close(descriptor);
+    if (!mapped) throw InputError(file.string() + ": cannot be read");
+}
+
+MappedBytes::~MappedBytes() {
+    if (start_ != nullptr) ::munmap(start_, size_);
+}
+
+void MappedBytes::swap(MappedBytes& other) noexcept {
+    std::swap(start_, other.start_);
+    std::swap(size_, other.size_);
 }
 
 std::string sha256_hex(std::string_view bytes) {

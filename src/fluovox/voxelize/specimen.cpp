@@ -197,7 +197,7 @@ GroupShapes load_group(const SpecimenGroup& group, const SpecimenSettings& setti
         const auto begin = Clock::now();
         LoadedPart loaded = load_part(part);
         report.reading_seconds += seconds_since(begin);
-        PartReport done{part.name, loaded.sha256, part.label, {}, loaded.morphology};
+        PartReport done{part.name, loaded.sha256, part.label, {}, loaded.morphology, {}};
         if (loaded.morphology) {
             shapes.capsules.insert(shapes.capsules.end(), loaded.capsules.begin(), loaded.capsules.end());
         } else {

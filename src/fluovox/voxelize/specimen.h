@@ -4,6 +4,7 @@
 #include "fluovox/voxelize/voxelize.h"
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -49,6 +50,13 @@ struct SpecimenSettings {
     bool strict = false;  ///< damaged meshes are refused
 };
 
+/// What one label of a segmentation came to.
+struct SegmentReport {
+    std::uint64_t label = 0;
+    std::uint64_t voxels = 0;
+    double volume_um3 = 0;
+};
+
 /// What became of one part.
 struct PartReport {
     std::string name;
@@ -56,6 +64,7 @@ struct PartReport {
     int label = 0;                               ///< in the grid of labels
     MeshReport mesh;                             ///< of a mesh
     std::optional<MorphologyReport> morphology;  ///< of an SWC or ASC file instead
+    std::optional<SegmentReport> segment;        ///< of a label of a segmentation instead
 };
 
 /// What became of one group.

@@ -5,6 +5,7 @@
 #include "fluovox/voxelize/morphology.h"
 #include "fluovox/voxelize/voxelize.h"
 
+#include "unit/voxelize/damage.h"
 #include "unit/voxelize/shapes.h"
 
 #include <gtest/gtest.h>
@@ -86,39 +87,6 @@ std::vector<Seed> seeds() {
              "( (20 5 0 1) Normal | (20 -5 0 1) ( (25 -9 0 1) | (25 -1 0 1) High ) ) )\n"}};
 }
 
-std::string damage(std::string bytes, Rng& random) {
-    const auto below = [&](std::size_t n) {
-        return static_cast<std::size_t>(random.uniform() * static_cast<double>(n));
-    };
-    static const std::array<std::string, 12> kWords = {
-        "-1", "4294967295", "9999999999999999999", "nan", "inf", "1e308", "(", "|", ")", "\n", "#", "-0"};
-    const std::size_t edits = 1 + below(5);
-    for (std::size_t i = 0; i < edits && !bytes.empty(); ++i) {
-        const std::size_t at = below(bytes.size());
-        switch (below(6)) {
-            case 0:
-                bytes[at] = static_cast<char>(below(256));
-                break;
-            case 1:
-                bytes.resize(at);
-                break;
-            case 2:
-                bytes.erase(at, 1 + below(8));
-                break;
-            case 3:
-                bytes.insert(at, kWords[below(kWords.size())]);
-                break;
-            case 4:
-                bytes.insert(at, bytes.substr(below(bytes.size()), below(60)));
-                break;
-            default:
-                bytes[at] = static_cast<char>(bytes[at] ^ static_cast<char>(1U << below(8)));
-                break;
-        }
-    }
-    return bytes;
-}
-
 /// True when it was read (and, being small, voxelized), false when it was refused.
 bool survives(const std::string& extension, const std::string& bytes) {
     try {
@@ -147,7 +115,7 @@ TEST(ReaderFuzz, DamagedFilesAreReadOrRefused) {
     for (long long run = 0; run < runs; ++run) {
         Rng random(2026, static_cast<std::uint64_t>(run), 0);
         const Seed& seed = all[static_cast<std::size_t>(run) % all.size()];
-        refused += survives(seed.extension, damage(seed.bytes, random)) ? 0 : 1;
+        refused += survives(seed.extension, testing::damaged(seed.bytes, random)) ? 0 : 1;
     }
     EXPECT_GT(refused, runs / 10);
     EXPECT_LT(refused, runs);
