@@ -8,9 +8,11 @@
 #include "fluovox/image/apng.h"
 #include "fluovox/image/exr.h"
 #include "fluovox/image/plane_store.h"
+#include "fluovox/image/sensor.h"
 #include "fluovox/image/stack_pictures.h"
 #include "fluovox/scene/stack.h"
 #include "fluovox/transport/darkness.h"
+#include "fluovox/transport/ground_truth.h"
 #include "fluovox/transport/render.h"
 #include "fluovox/transport/stack_view.h"
 
@@ -88,7 +90,15 @@ private:
     bool is_finished() const;
     bool render_planes(const PlaneStore& store);
     void assemble(const PlaneStore& store, int view);
-    void write_view(const PlaneStore& store, const fs::path& path, const StackInfo& info, int view);
+    void write_stack(const PlaneStore& store, const fs::path& path, const StackInfo& info, const PlaneSource& source,
+                     const std::optional<StackLabels>& labels = std::nullopt);
+    void write_truth(const PlaneStore& store, const StackInfo& stack, int view, const GroundTruth& truth);
+    bool wants(const std::string& truth) const { return truth_.count(truth) > 0; }
+    bool can_count_photons() const {
+        const Camera& camera = scene_.description.camera;
+        return camera.exposure_s > 0 && camera.numerical_aperture > 0;
+    }
+    fs::path truth_path(int view, const std::string& kind) const;
     PlaneSource source(const PlaneStore& store, int view) const;
     void warn_of_planes(const PlaneStore& store) const;
     void report(const PlaneStore* store, double seconds) const;
@@ -105,6 +115,7 @@ private:
     StackFormat format_;
     SampleType type_ = SampleType::Float32;
     std::string layer_ = kTotalLayer;
+    std::set<std::string> truth_;
     int planes_;
     std::size_t plane_pixels_, channels_;
     std::string key_;
@@ -133,6 +144,15 @@ StackJob::StackJob(const CommandLine& line, const Scene& scene, fs::path output,
     if (std::find(layers.begin(), layers.end(), layer_) == layers.end()) {
         line.fail(fmt::format("--layer \"{}\" is none of this scene's layers: {}", layer_, fmt::join(layers, ", ")));
     }
+    truth_ = read_truth(line);
+    if (wants("photons") && !can_count_photons()) {
+        const std::string why =
+            "expected photons need camera.exposure and camera.numerical_aperture in the scene: add, "
+            "for example, --set camera.exposure=20ms";
+        if (line.values()["truth"].as<std::string>() != "all") line.fail(why);
+        warn(line.common(), why);
+        truth_.erase("photons");
+    }
     key_ = work_key();
 }
 
@@ -142,6 +162,7 @@ std::string StackJob::work_key() const {
         "{} {} {} {} {} {} ", version(), chosen_estimator(scene_), layer_, static_cast<int>(format_),
         static_cast<int>(type_),
         line_.values().count("value-per-count") > 0 ? line_.values()["value-per-count"].as<double>() : 0.0));
+    digest.add(fmt::format("{} ", fmt::join(truth_, ",")));
     digest.add(to_json(scene_.description));
     std::set<fs::path> files;
     for (const MediumDescription& medium : scene_.description.media) {
@@ -184,6 +205,11 @@ void StackJob::require_disk(const PlaneStore& store) const {
         const std::size_t layers = 3 + (scene_.description.film.per_dye ? dyes.size() : 0);
         result = values * 8 * static_cast<double>(layers);
     }
+    const double per_pixel =
+        (wants("labels") ? 2.0 : 0.0) +
+        4 * static_cast<double>((wants("concentration") ? scene_.dyes.size() : 0) +
+                                (wants("irradiance") ? scene_.lights.size() : 0) + (wants("photons") ? channels_ : 0));
+    result += static_cast<double>(plane_pixels_) * per_pixel;
     const double needed = left * store.plane_bytes() + images() * result;
     std::error_code failure;
     const fs::space_info space = fs::space(store.folder(), failure);
@@ -234,18 +260,56 @@ PlaneSource StackJob::source(const PlaneStore& store, int view) const {
     };
 }
 
-void StackJob::write_view(const PlaneStore& store, const fs::path& path, const StackInfo& info, int view) {
+void StackJob::write_stack(const PlaneStore& store, const fs::path& path, const StackInfo& info,
+                           const PlaneSource& source, const std::optional<StackLabels>& labels) {
     // Written among the planes first: what a killed run leaves half done goes with them.
-    const fs::path fresh = store.folder() / ("result" + split_name(output_).second);
+    const fs::path fresh = store.folder() / ("result" + split_name(path).second);
     std::error_code failure;
     fs::remove_all(fresh, failure);
-    if (format_ == StackFormat::OmeTiff) save_ome_tiff(fresh, info, source(store, view));
-    if (format_ == StackFormat::ImageJ) save_imagej_tiff(fresh, info, source(store, view));
-    if (format_ == StackFormat::OmeZarr) save_ome_zarr(fresh, info, source(store, view));
+    if (format_ == StackFormat::OmeTiff || format_ == StackFormat::Exr) save_ome_tiff(fresh, info, source);
+    if (format_ == StackFormat::ImageJ) save_imagej_tiff(fresh, info, source);
+    if (format_ == StackFormat::OmeZarr) save_ome_zarr(fresh, info, source, labels);
     if (fs::is_directory(path, failure)) fs::remove_all(path, failure);
     fs::rename(fresh, path, failure);
     if (failure) throw OutputError(fmt::format("{}: {}", path.string(), failure.message()));
     outputs_.push_back(path);
+}
+
+fs::path StackJob::truth_path(int view, const std::string& kind) const {
+    return beside(view, "-" + kind + (format_ == StackFormat::Exr ? ".ome.tif" : split_name(output_).second));
+}
+
+// Labels of a Zarr stack are inside it; everything else is a stack of its own beside the first.
+void StackJob::write_truth(const PlaneStore& store, const StackInfo& stack, int view, const GroundTruth& truth) {
+    if (wants("labels") && format_ != StackFormat::OmeZarr) {
+        write_stack(store, truth_path(view, "labels"), truth.labels_info(stack),
+                    [&](int plane, int /*channel*/, std::span<float> values) { truth.labels(plane, values); });
+    }
+    if (wants("concentration") && !scene_.dyes.empty()) {
+        write_stack(
+            store, truth_path(view, "concentration"), truth.concentration_info(stack),
+            [&](int plane, int channel, std::span<float> values) { truth.concentration(plane, channel, values); });
+    }
+    if (wants("irradiance")) {
+        write_stack(store, truth_path(view, "irradiance"), truth.irradiance_info(stack),
+                    [&](int plane, int channel, std::span<float> values) { truth.irradiance(plane, channel, values); });
+    }
+    if (!wants("photons")) return;
+    StackInfo info = stack;
+    info.type = SampleType::Float32;
+    info.quantity = "expected photons";
+    info.unit = "photons";
+    double most = 0;
+    for (int channel = 0; channel < static_cast<int>(info.channels.size()); ++channel)
+        most = std::max(most, photons_per_value(stack, channel, stack.exposure_s));
+    info.max_value = most * stack.max_value;
+    const PlaneSource radiance = source(store, view);
+    write_stack(store, truth_path(view, "photons"), info, [&](int plane, int channel, std::span<float> values) {
+        radiance(plane, channel, values);
+        const double photons = photons_per_value(stack, channel, stack.exposure_s);
+        for (float& value : values)
+            value = static_cast<float>(photons * static_cast<double>(value));
+    });
 }
 
 void StackJob::assemble(const PlaneStore& store, int view) {
@@ -257,8 +321,14 @@ void StackJob::assemble(const PlaneStore& store, int view) {
     if (type_ == SampleType::UInt16 && info.max_value > 0) info.value_per_count = info.max_value / 65535;
     if (line_.values().count("value-per-count") > 0)
         info.value_per_count = line_.values()["value-per-count"].as<double>();
+    std::optional<GroundTruth> truth;
+    if (!truth_.empty()) truth.emplace(scene_, view);
     if (format_ != StackFormat::Exr) {
-        write_view(store, view_path(view), info, view);
+        std::optional<StackLabels> labels;
+        if (wants("labels"))
+            labels = StackLabels{
+                "labels", [&](int plane, int /*channel*/, std::span<float> values) { truth->labels(plane, values); }};
+        write_stack(store, view_path(view), info, source(store, view), labels);
     } else {
         for (int plane = 0; plane < planes_; ++plane) {
             const fs::path from = store.folder() / fmt::format("{:05}.exr", view * planes_ + plane);
@@ -268,6 +338,7 @@ void StackJob::assemble(const PlaneStore& store, int view) {
             outputs_.push_back(plane_path(view, plane));
         }
     }
+    if (truth) write_truth(store, info, view, *truth);
     const StackPictures pictures = make_stack_pictures(info, scene_.description.film, source(store, view));
     save_apng(beside(view, ".apng"), pictures.frames, kFrame_ms);
     save_png(beside(view, ".png"), pictures.projection,
@@ -295,19 +366,6 @@ void StackJob::warn_of_planes(const PlaneStore& store) const {
     }
     if (not_finite > 0) warn(line_.common(), fmt::format("{} samples were not finite and count as zero", not_finite));
     if (exceeded > 0) warn(line_.common(), fmt::format("{} bounds were exceeded: the images are biased", exceeded));
-}
-
-const char* how_to_open(StackFormat format) {
-    switch (format) {
-        case StackFormat::OmeTiff:
-            return "Fiji: Plugins > Bio-Formats > Importer, or napari; plain ImageJ: run again with --format imagej";
-        case StackFormat::ImageJ:
-            return "ImageJ or Fiji: File > Open";
-        case StackFormat::OmeZarr:
-            return "napari (with napari-ome-zarr), Fiji: File > Import > HDF5/N5/Zarr/OME-NGFF";
-        default:
-            return "any viewer of OpenEXR files; fluovox spectrum";
-    }
 }
 
 void StackJob::report(const PlaneStore* store, double seconds) const {
@@ -410,35 +468,6 @@ ExitCode StackJob::run() {
 }
 
 }  // namespace
-
-void add_stack_options(CommandLine& line) {
-    auto add = line.options().add_options();
-    add("format", po::value<std::string>()->value_name("NAME"),
-        "of a stack: ome-tiff, imagej, ome-zarr or exr (default: by the file's name)");
-    add("type", po::value<std::string>()->default_value("float32")->value_name("float32|uint16"),
-        "of a stack's values");
-    add("value-per-count", po::value<double>()->value_name("X"),
-        "of uint16 (default: the stack's largest value becomes 65535)");
-    add("layer", po::value<std::string>()->default_value(kTotalLayer)->value_name("NAME"),
-        "which light a stack holds: total, fluorescence, elastic, or a dye (film.per_dye)");
-    add("overwrite", po::bool_switch(), "drop the planes that other work left beside the stack");
-}
-
-std::optional<StackFormat> stack_format(const CommandLine& line, const fs::path& output) {
-    if (line.values().count("format") > 0) {
-        const std::string name = line.values()["format"].as<std::string>();
-        if (name == "ome-tiff") return StackFormat::OmeTiff;
-        if (name == "imagej") return StackFormat::ImageJ;
-        if (name == "ome-zarr") return StackFormat::OmeZarr;
-        if (name == "exr") return StackFormat::Exr;
-        line.fail("--format is ome-tiff, imagej, ome-zarr or exr, not \"" + name + '"');
-    }
-    const std::string extension = output.extension().string();
-    if (extension == ".exr") return StackFormat::Exr;
-    if (extension == ".tif" || extension == ".tiff") return StackFormat::OmeTiff;
-    if (extension == ".zarr") return StackFormat::OmeZarr;
-    return std::nullopt;
-}
 
 ExitCode render_stack(const CommandLine& line, const Scene& scene, const fs::path& output, StackFormat format) {
     return StackJob(line, scene, output, format).run();

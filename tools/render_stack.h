@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 
 namespace fluovox::tools {
@@ -24,6 +25,12 @@ void add_stack_options(CommandLine& line);
 
 /// By `--format`, otherwise by the file's name; nothing where that says none. Throws UsageError for an unknown format.
 std::optional<StackFormat> stack_format(const CommandLine& line, const std::filesystem::path& output);
+
+/// `--truth labels,photons` as a set; "all" stands for every kind.
+std::set<std::string> read_truth(const CommandLine& line);
+
+/// Programs that read the format.
+const char* how_to_open(StackFormat format);
 
 /// Renders all planes and views, going on where an earlier run was stopped.
 ExitCode render_stack(const CommandLine& line, const Scene& scene, const std::filesystem::path& output,

@@ -261,6 +261,41 @@ assert ca[2] > 8 and cb[2] < 5 and abs(ca[1] - cb[1]) < 0.5, (ca, cb)
 assert ca[0] > 3.2 and cb[0] < 2.8, (ca, cb)")py");
 }
 
+TEST_F(StackTest, GroundTruthHasTheStacksPixelsAndTheScenesNumbers) {
+    const ProgramResult result = run({"render", "scene.toml", "-o", "s.ome.tif", "--truth", "all"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.out,
+              "s.ome.tif\ns-labels.ome.tif\ns-concentration.ome.tif\ns-irradiance.ome.tif\ns-photons.ome.tif\n"
+              "s.png\ns.apng\n");
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "z.ome.zarr", "--truth", "labels"}).exit_code, 0);
+    if (!has_readers()) GTEST_SKIP() << "python3 is not installed";
+    const std::string seen = python(
+        "s.ome.tif s-labels.ome.tif s-concentration.ome.tif s-photons.ome.tif "
+        "s-irradiance.ome.tif");
+    EXPECT_TRUE(found(R"(s-labels.ome.tif ome classic ZYX uint16 \[7, 12, 14\])", seen));
+    for (const char* name : {"labels", "concentration", "photons", "irradiance"})
+        EXPECT_TRUE(
+            found("PhysicalSizeX=\"12\".*PhysicalSizeZ=\"10\"", read("s-" + std::string(name) + ".ome.tif.xml")));
+    // The balls: radii 30 and 20 um. The sheet: 1 mW over 300 um x a Gaussian of sigma 1.25 um, after the host's 1 mm
+    // to 0.1 mm of scattering at 2 /mm. Photons: radiance x pi 0.3^2 x (12 um)^2 x 20 ms over the energy of one.
+    shell(R"py(/usr/bin/python3 -c "
+import numpy as np, zarr
+s, l, c, p, e = (np.load('s%s.ome.tif.npy' % n) for n in ('', '-labels', '-concentration', '-photons', '-irradiance'))
+z = zarr.open('z.ome.zarr', 'r')
+assert (z['labels/labels/0'][0] == l).all() and z['labels'].attrs['labels'] == ['labels']
+assert set(np.unique(l)) == {0, 1, 2} and l[3, 5, 6] == 1 and l[4, 4, 10] == 2
+for i, r in ((0, 30), (1, 20)):
+    volume = c[:, i].sum() / 10 * 12 * 12 * 10
+    assert abs(volume / (4 / 3 * np.pi * r**3) - 1) < 0.06, (i, volume)
+    assert abs((l == i + 1).sum() * 1440 / (4 / 3 * np.pi * r**3) - 1) < 0.2
+factor = np.pi * 0.09 * 144e-12 * 0.02 / (6.62607015e-34 * 299792458 / np.array([525e-9, 610e-9]))
+assert np.allclose(p, s * factor[None, :, None, None], rtol=1e-5)
+peak = 1e-3 / 0.3 / (1.25e-3 * np.sqrt(2 * np.pi))
+x = (np.arange(14) - 6.5) * 12
+assert np.allclose(e[0, 0, 0], peak * np.exp(-2 * np.clip(0.1 + x / 1000, 0, None)), rtol=0.02), e[0, 0, 0]
+assert (e[3, 0, 5, 8:10] < e[0, 0, 5, 8:10]).all()")py");
+}
+
 TEST_F(StackTest, BadInputIsNamedBeforeTheWorkBegins) {
     write_changed("step.toml", "\"10 um\"\n[render]", "\"0 um\"\n[render]");
     write_changed("stop.toml", "stop  = \"30 um\"", "stop  = \"-31 um\"");

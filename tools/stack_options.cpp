@@ -1,0 +1,74 @@
+#include "fluovox/image/film.h"
+
+#include "render_stack.h"
+
+#include <fmt/format.h>
+
+#include <sstream>
+
+namespace fluovox::tools {
+
+namespace fs = std::filesystem;
+
+void add_stack_options(CommandLine& line) {
+    auto add = line.options().add_options();
+    add("format", po::value<std::string>()->value_name("NAME"),
+        "of a stack: ome-tiff, imagej, ome-zarr or exr (default: by the file's name)");
+    add("type", po::value<std::string>()->default_value("float32")->value_name("float32|uint16"),
+        "of a stack's values");
+    add("value-per-count", po::value<double>()->value_name("X"),
+        "of uint16 (default: the stack's largest value becomes 65535)");
+    add("layer", po::value<std::string>()->default_value(kTotalLayer)->value_name("NAME"),
+        "which light a stack holds: total, fluorescence, elastic, or a dye (film.per_dye)");
+    add("truth", po::value<std::string>()->value_name("LIST"),
+        "ground truth beside a stack: all, or some of labels,concentration,photons,irradiance");
+    add("overwrite", po::bool_switch(), "drop the planes that other work left beside the stack");
+}
+
+std::optional<StackFormat> stack_format(const CommandLine& line, const fs::path& output) {
+    if (line.values().count("format") > 0) {
+        const std::string name = line.values()["format"].as<std::string>();
+        if (name == "ome-tiff") return StackFormat::OmeTiff;
+        if (name == "imagej") return StackFormat::ImageJ;
+        if (name == "ome-zarr") return StackFormat::OmeZarr;
+        if (name == "exr") return StackFormat::Exr;
+        line.fail("--format is ome-tiff, imagej, ome-zarr or exr, not \"" + name + '"');
+    }
+    const std::string extension = output.extension().string();
+    if (extension == ".exr") return StackFormat::Exr;
+    if (extension == ".tif" || extension == ".tiff") return StackFormat::OmeTiff;
+    if (extension == ".zarr") return StackFormat::OmeZarr;
+    return std::nullopt;
+}
+
+std::set<std::string> read_truth(const CommandLine& line) {
+    static const std::set<std::string> kKinds = {"labels", "concentration", "photons", "irradiance"};
+    std::set<std::string> wanted;
+    if (line.values().count("truth") == 0) return wanted;
+    std::istringstream list(line.values()["truth"].as<std::string>());
+    for (std::string kind; std::getline(list, kind, ',');) {
+        if (kind == "all") {
+            wanted = kKinds;
+        } else if (kKinds.count(kind) > 0) {
+            wanted.insert(kind);
+        } else {
+            line.fail(fmt::format("--truth \"{}\" is none of: all, {}", kind, fmt::join(kKinds, ", ")));
+        }
+    }
+    return wanted;
+}
+
+const char* how_to_open(StackFormat format) {
+    switch (format) {
+        case StackFormat::OmeTiff:
+            return "Fiji: Plugins > Bio-Formats > Importer, or napari; plain ImageJ: run again with --format imagej";
+        case StackFormat::ImageJ:
+            return "ImageJ or Fiji: File > Open";
+        case StackFormat::OmeZarr:
+            return "napari (with napari-ome-zarr), Fiji: File > Import > HDF5/N5/Zarr/OME-NGFF";
+        default:
+            return "any viewer of OpenEXR files; fluovox spectrum";
+    }
+}
+
+}  // namespace fluovox::tools
