@@ -1,4 +1,4 @@
-#include "reference/adding_doubling.h"
+#include "adding_doubling.h"
 
 #include <algorithm>
 #include <cmath>

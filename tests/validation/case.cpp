@@ -4,6 +4,10 @@
 
 #include "scene_kit.h"
 
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -31,15 +35,54 @@ double Outcome::z() const {
 Outcome run(const Case& what, std::uint64_t seed) {
     constexpr double kPilot = 20000, kLeast = 50000, kMost = 3e7;
     const auto begin = std::chrono::steady_clock::now();
-    const Estimate pilot = what.measure(trace(what, static_cast<std::int64_t>(kPilot), seed + 1000000));
-    const double wanted = std::max(1e-3 * std::abs(what.expected), 3e-4 * what.scale);
-    const double needed = 1.15 * kPilot * std::pow(pilot.standard_error / wanted, 2);
+    const auto estimate = [&](std::int64_t photons, std::uint64_t number) {
+        return what.estimate ? what.estimate(photons, number) : what.measure(trace(what, photons, number));
+    };
     Outcome outcome;
     outcome.what = &what;
-    outcome.photons = static_cast<std::int64_t>(std::clamp(needed, kLeast, kMost));
-    outcome.got = what.measure(trace(what, outcome.photons, seed));
+    outcome.photons = what.fixed;
+    if (what.fixed == 0) {
+        const Estimate pilot = estimate(static_cast<std::int64_t>(kPilot), seed + 1000000);
+        const double wanted = std::max(1e-3 * std::abs(what.expected), 3e-4 * what.scale) / what.finer;
+        const double needed = 1.15 * kPilot * std::pow(pilot.standard_error / wanted, 2);
+        outcome.photons = static_cast<std::int64_t>(std::clamp(needed, kLeast, kMost));
+    }
+    outcome.got = estimate(outcome.photons, seed);
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return outcome;
+}
+
+Estimate deviation_of(double chi_squared, double degrees_of_freedom) {
+    const boost::math::chi_squared distribution(degrees_of_freedom);
+    const double above = boost::math::cdf(boost::math::complement(distribution, chi_squared));
+    constexpr double kLeast = 1e-300;
+    if (above < 0.5) {
+        return {boost::math::quantile(boost::math::complement(boost::math::normal(), std::max(above, kLeast))), 1};
+    }
+    return {boost::math::quantile(boost::math::normal(), std::max(boost::math::cdf(distribution, chi_squared), kLeast)),
+            1};
+}
+
+Estimate deviation_of_largest(double t, double count, double degrees_of_freedom) {
+    const boost::math::students_t distribution(degrees_of_freedom);
+    const double each = 2 * boost::math::cdf(boost::math::complement(distribution, t));
+    // Chance that none of them is as large.
+    const double below = std::clamp(std::exp(count * std::log1p(-each)), 1e-300, 1 - 1e-16);
+    return {boost::math::quantile(boost::math::normal(), below), 1};
+}
+
+Estimate mean_of_runs(int runs, std::uint64_t seed, const std::function<double(std::uint64_t)>& run) {
+    double sum = 0;
+    std::vector<double> values;
+    for (int i = 0; i < runs; ++i) {
+        values.push_back(run(seed * 1000 + static_cast<std::uint64_t>(i)));
+        sum += values.back();
+    }
+    const double mean = sum / runs;
+    double squares = 0;
+    for (const double value : values)
+        squares += (value - mean) * (value - mean);
+    return {mean, std::sqrt(squares / (runs - 1) / runs)};
 }
 
 Light normal_pencil(Vec3 position, Vec3 direction) {

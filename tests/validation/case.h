@@ -1,10 +1,14 @@
 #pragma once
 
+#include "fluovox/image/plot.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/transport/fluence.h"
 
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fluovox::validation {
@@ -19,6 +23,10 @@ struct Case {
     std::function<Estimate(const FluenceResult&)> measure;
     double scale = 1;  ///< of what is measured as a share of the launched, for the precision that is asked
     FluenceSettings settings = {};
+    /// For what is not one run of `scene`: the number with so many photons (or samples) of this seed.
+    std::function<Estimate(std::int64_t, std::uint64_t)> estimate = {};
+    std::int64_t fixed = 0;  ///< photons or samples; 0: as many as the precision needs
+    double finer = 1;        ///< than the precision that is asked
 };
 
 struct Outcome {
@@ -37,6 +45,30 @@ Outcome run(const Case& what, std::uint64_t seed);
 std::vector<Case> slab_cases();
 std::vector<Case> geometry_cases();
 std::vector<Case> fluorescence_cases();
+std::vector<Case> layer_cases();
+std::vector<Case> body_cases();
+/// Plots that cases make on the way, by file name.
+using PlotBook = std::vector<std::pair<std::string, Plot>>;
+std::vector<Case> image_cases(const std::shared_ptr<PlotBook>& plots);
+std::vector<Case> figure_cases(const std::shared_ptr<PlotBook>& plots);
+
+/// A half space of equal optics at both wavelengths, where fluorescence is extra albedo.
+Case cascade_case(double scattering, double dye, double yield, std::optional<int> orders, double expected);
+/// Watts of a clear cuvette with the energy that photons lose (Stokes), or without.
+Case watts_case(bool with_stokes);
+/// Of the wide slab of voxels: absorbed (0) or reflected.
+Case voxel_slab(const std::string& name, double angle, double majorant_factor, std::size_t measure);
+
+/// The same cases with a mistake of one per cent or a term left out in the scene: each must miss its reference.
+std::vector<Case> broken_cases();
+
+/// A probability as the deviation of a normal distribution that has it (above zero: unlikely large), for tests of many
+/// values at once; compare with 0, standard error 1.
+Estimate deviation_of(double chi_squared, double degrees_of_freedom);
+/// The same for the largest of many |t| of Student's distribution.
+Estimate deviation_of_largest(double t, double count, double degrees_of_freedom);
+/// Mean and standard error of runs with seeds of their own.
+Estimate mean_of_runs(int runs, std::uint64_t seed, const std::function<double(std::uint64_t)>& run);
 
 // Scenes of one light; lengths in micrometres stand for any unit.
 Light normal_pencil(Vec3 position, Vec3 direction = {0, 0, 1});

@@ -71,22 +71,7 @@ void add_clear_slabs(std::vector<Case>& cases) {
                        fluorescence_leaves(kBack)));
     cases.push_back(of("clear half space, absorbance 2 and 0.5: front", 0.26893823485, 1e-10, closed,
                        slab(2 * ln10, 0.5 * ln10, 1e6), fluorescence_leaves(kFront)));
-    const double photons = 0.9 * (1 - std::exp(-ln10));
-    const double stokes = kExcitation_nm * std::log(kEmitTo_nm / kEmitFrom_nm) / (kEmitTo_nm - kEmitFrom_nm);
-    cases.push_back(of("clear cuvette: watts of fluorescence (Stokes)", photons * stokes, 0, closed, slab(ln10, 0, 1),
-                       [](const FluenceResult& r) { return r.watts.emission.launched; }));
-}
-
-/// Equal optics at both wavelengths: fluorescence is extra albedo.
-Case cascade_case(double scattering, double dye, double yield, std::optional<int> orders, double expected) {
-    Scene scene = scene_of({host(SlabRegion{2, 0}, scattering, 1 - scattering - dye), dye_in(SlabRegion{2, 0}, 0, 1)},
-                           normal_pencil({0, 0, -1e-3}));
-    scene.dyes = {flat_dye(dye, 400, 700, kEmitFrom_nm, kEmitTo_nm, yield)};
-    scene.description.render.fluorescence_orders = orders;
-    return of(fmt::format("cascade in a half space, albedo {}, dye {}, yield {}: {}", scattering, dye, yield,
-                          orders ? "first generation" : "all generations"),
-              expected, 1e-9, "H-function: fluorescence is extra albedo", std::move(scene),
-              fluorescence_leaves(kFront));
+    cases.push_back(watts_case(true));
 }
 
 void add_tissues(std::vector<Case>& cases) {
@@ -131,6 +116,32 @@ Case infinite_case(double r, double expected) {
 }
 
 }  // namespace
+
+/// Equal optics at both wavelengths: fluorescence is extra albedo.
+Case cascade_case(double scattering, double dye, double yield, std::optional<int> orders, double expected) {
+    Scene scene = scene_of({host(SlabRegion{2, 0}, scattering, 1 - scattering - dye), dye_in(SlabRegion{2, 0}, 0, 1)},
+                           normal_pencil({0, 0, -1e-3}));
+    scene.dyes = {flat_dye(dye, 400, 700, kEmitFrom_nm, kEmitTo_nm, yield)};
+    scene.description.render.fluorescence_orders = orders;
+    return of(fmt::format("cascade in a half space, albedo {}, dye {}, yield {}: {}", scattering, dye, yield,
+                          orders ? "first generation" : "all generations"),
+              expected, 1e-9, "H-function: fluorescence is extra albedo", std::move(scene),
+              fluorescence_leaves(kFront));
+}
+
+Case watts_case(bool with_stokes) {
+    Tissue tissue;
+    tissue.absorption_x = tissue.dye = std::numbers::ln10;
+    tissue.yield = 0.9;
+    const double photons = 0.9 * (1 - std::exp(-std::numbers::ln10));
+    const double stokes = kExcitation_nm * std::log(kEmitTo_nm / kEmitFrom_nm) / (kEmitTo_nm - kEmitFrom_nm);
+    return of("clear cuvette: watts of fluorescence (Stokes)", photons * stokes, 0, "closed form",
+              tissue_scene(tissue, SlabRegion{2, 0, 1}, normal_pencil({0, 0, -1e-3})),
+              [with_stokes](const FluenceResult& r) {
+                  // Without it, photons would be counted as if they kept their energy.
+                  return with_stokes ? r.watts.emission.launched : r.share.emission.launched;
+              });
+}
 
 std::vector<Case> fluorescence_cases() {
     std::vector<Case> cases;

@@ -68,28 +68,6 @@ void add_furnaces(std::vector<Case>& cases) {
                                  2 * size.x * size.y * size.z / (size.x * size.y + size.y * size.z + size.z * size.x)));
 }
 
-/// The van de Hulst slab as a wide grid of voxels. Its answer depends on the optical depth alone, which trilinear
-/// voxels have exactly, so voxel size does not matter; 60 free paths of width are as good as infinite.
-Case voxel_slab(const std::string& name, double angle, double majorant_factor, std::size_t measure) {
-    constexpr double kThick = 0.25, kWide = 0.5;
-    Affine voxels;
-    const double c = std::cos(angle);
-    const double s = std::sin(angle);
-    voxels.rows = {Vec3{kWide, 0, 0}, Vec3{0, c * kWide, -s * kThick}, Vec3{0, s * kWide, c * kThick}};
-    SceneMedium slab =
-        host(SparseGrid::from_function({-60, -60, 0}, {60, 60, 8}, voxels, [](Voxel) { return 1; }), 0.9, 0.1, 0.75);
-    Case result;
-    result.name = "van de Hulst slab in voxels, " + name;
-    result.expected = measure == 0 ? 0.2416476612 : 0.0973946387;
-    result.uncertainty = 1e-10;
-    result.source = "as the slab";
-    const Vec3 direction{0, -s, c};
-    result.scene = scene_of({std::move(slab)}, normal_pencil(-2 * direction, direction));
-    result.measure = measure == 0 ? absorbed_by(0) : leaves(4);
-    result.settings.majorant_factor = majorant_factor;
-    return result;
-}
-
 /// The fluence rate around a point source, as what a thin shell absorbs.
 Case point_case(const std::vector<std::string>& row) {
     constexpr double kHalfWidth = 0.01;
@@ -123,6 +101,28 @@ Case point_case(const std::vector<std::string>& row) {
 }
 
 }  // namespace
+
+/// The van de Hulst slab as a wide grid of voxels. Its answer depends on the optical depth alone, which trilinear
+/// voxels have exactly, so voxel size does not matter; 60 free paths of width are as good as infinite.
+Case voxel_slab(const std::string& name, double angle, double majorant_factor, std::size_t measure) {
+    constexpr double kThick = 0.25, kWide = 0.5;
+    Affine voxels;
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    voxels.rows = {Vec3{kWide, 0, 0}, Vec3{0, c * kWide, -s * kThick}, Vec3{0, s * kWide, c * kThick}};
+    SceneMedium slab =
+        host(SparseGrid::from_function({-60, -60, 0}, {60, 60, 8}, voxels, [](Voxel) { return 1; }), 0.9, 0.1, 0.75);
+    Case result;
+    result.name = "van de Hulst slab in voxels, " + name;
+    result.expected = measure == 0 ? 0.2416476612 : 0.0973946387;
+    result.uncertainty = 1e-10;
+    result.source = "as the slab";
+    const Vec3 direction{0, -s, c};
+    result.scene = scene_of({std::move(slab)}, normal_pencil(-2 * direction, direction));
+    result.measure = measure == 0 ? absorbed_by(0) : leaves(4);
+    result.settings.majorant_factor = majorant_factor;
+    return result;
+}
 
 std::vector<Case> geometry_cases() {
     std::vector<Case> cases;

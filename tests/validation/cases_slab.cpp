@@ -56,26 +56,6 @@ Case slab_case(const std::vector<std::string>& row) {
     return result;
 }
 
-/// Radiance times cosine of the light that leaves the van de Hulst slab at an angle, in a bin of one degree.
-Case angular_case(int face, double degrees, double expected) {
-    Case result;
-    result.name = fmt::format("van de Hulst slab: {} at {} degrees, 1/sr", face == kFront ? "R" : "T", degrees);
-    result.expected = expected;
-    result.uncertainty = 2e-7;
-    result.source = "van de Hulst 1980 table 35; discrete ordinates";
-    result.scene = scene_of({host(SlabRegion{2, 0, 2}, 0.9, 0.1, 0.75)}, light_of("normal"));
-    result.settings.angle_bins = 90;
-    const double width = std::numbers::pi / 180;
-    const double solid_angle = 2 * std::numbers::pi * std::sin(degrees * width) * 2 * std::sin(0.5 * width);
-    result.scale = 1 / solid_angle;
-    result.measure = [face, degrees, solid_angle](const FluenceResult& r) {
-        const auto& bins = r.share.excitation.by_angle[static_cast<std::size_t>(face)][2];
-        const Estimate& bin = bins[static_cast<std::size_t>(degrees)];
-        return Estimate{bin.value / solid_angle, bin.standard_error / solid_angle};
-    };
-    return result;
-}
-
 /// The same slab in layers, and behind clear glass of its own index, which must change nothing.
 Case layered_case() {
     std::vector<SceneMedium> layers;
@@ -121,10 +101,6 @@ std::vector<Case> slab_cases() {
     const auto rows = load_reference("slabs.csv");
     for (std::size_t i = 1; i < rows.size(); ++i)
         cases.push_back(slab_case(rows[i]));
-    cases.push_back(angular_case(kFront, 13.5, 0.01990054868));
-    cases.push_back(angular_case(kFront, 43.5, 0.02100598192));
-    cases.push_back(angular_case(kBack, 31.5, 0.1544900646));
-    cases.push_back(angular_case(kBack, 61.5, 0.04117851803));
     cases.push_back(layered_case());
     cases.push_back(two_layers());
     return cases;
