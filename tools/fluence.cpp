@@ -163,7 +163,7 @@ void add_options(CommandLine& line) {
 void warn_of_what_was_cut(const LightBudget& budget, const char* what) {
     constexpr double kLittle = 1e-4;
     const Estimate& cut = budget.cut;
-    if (cut.value < kLittle * budget.launched.value || cut.value < 5 * cut.standard_error) return;
+    if (cut.value <= kLittle * budget.launched.value || cut.value <= 5 * cut.standard_error) return;
     fmt::print(
         stderr,
         "warning: {:.2g} % of the {} was cut: it would be reflected inside the same surfaces, or scatter, almost "
@@ -184,6 +184,12 @@ ExitCode run_fluence(const std::vector<std::string>& arguments) {
     const Scene scene =
         build_scene(load_scene_description(line.values()["scene"].as<std::string>(), overrides(line), SceneUse::Light));
     settings.seed = scene.description.render.seed;
+    if (!line.common().quiet) {
+        for (const std::string& remark : scene.description.remarks)
+            fmt::print(stderr, "note: {}\n", remark);
+    }
+    for (const std::string& warning : scene.warnings)
+        fmt::print(stderr, "warning: {}\n", warning);
     const FluenceResult result = [&] {
         const auto progress = make_progress(line.common());
         return trace_fluence(scene, settings, *progress);

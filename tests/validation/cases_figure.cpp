@@ -285,7 +285,7 @@ Estimate absorbed_in_ball(double h, std::int64_t photons, std::uint64_t seed) {
 /// left at none, by a parabola through the sizes, is the case.
 Case ball_case(const std::shared_ptr<PlotBook>& plots) {
     Case result;
-    result.name = "ball in voxels: absorbed, less than in the region, for voxels of no size";
+    result.name = "ball in voxels, their size going to zero: absorbed, less that of the ball";
     result.source = "the ball as a region";
     result.fixed = 1000000;
     result.estimate = [=](std::int64_t photons, std::uint64_t seed) {
@@ -305,8 +305,11 @@ Case ball_case(const std::shared_ptr<PlotBook>& plots) {
         plots->push_back({"voxel-size", plot});
         // Through 2, 1 and 1/2 to 0: 1/3, -2, 8/3.
         const double at_zero = curve.y[0] / 3 - 2 * curve.y[1] + 8 * curve.y[2] / 3;
-        const double variance =
-            std::pow(curve.error[0] / 3, 2) + std::pow(2 * curve.error[1], 2) + std::pow(8 * curve.error[2] / 3, 2);
+        double variance = std::pow(exact.standard_error, 2);
+        for (std::size_t i = 0; i < 3; ++i) {
+            constexpr std::array kWeights = {1.0 / 3, -2.0, 8.0 / 3};
+            variance += std::pow(kWeights.at(i), 2) * (std::pow(curve.error[i], 2) - std::pow(exact.standard_error, 2));
+        }
         return Estimate{at_zero, std::sqrt(variance)};
     };
     return result;

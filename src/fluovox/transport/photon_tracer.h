@@ -114,7 +114,7 @@ private:
                 cut(photon, sink);
                 return;
             }
-            constexpr double kSmall = 0.02, kSurvival = 0.1;
+            constexpr double kSmall = 0.1, kSurvival = 0.2;
             if (photon.weight < kSmall * photon.start_weight) thin_out(photon, kSurvival, rng, sink);
         }
     }
