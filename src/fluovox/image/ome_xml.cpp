@@ -148,6 +148,13 @@ std::string pixels_xml(const StackInfo& info) {
     return xml + planes_xml(info) + "    </Pixels>\n";
 }
 
+std::string describe(const StackInfo& info) {
+    std::string text = info.quantity + (info.unit.empty() ? "" : ", " + info.unit);
+    if (info.blur_um > 0)
+        text += fmt::format("; blurred with a Gaussian of {:.3g} um full width in place of diffraction", info.blur_um);
+    return text;
+}
+
 std::string comment_xml(int index, const char* name, const std::string& text) {
     return fmt::format(
         "    <CommentAnnotation ID=\"Annotation:{}\" Namespace=\"{}\">\n      <Value>{}</Value>\n"
@@ -174,8 +181,7 @@ std::string ome_xml(const StackInfo& info) {
             info.numerical_aperture);
     }
     xml += fmt::format("  <Image ID=\"Image:0\" Name=\"{}\">\n", escaped(info.title));
-    xml += fmt::format("    <Description>{}</Description>\n",
-                       escaped(info.quantity + (info.unit.empty() ? "" : ", " + info.unit)));
+    xml += fmt::format("    <Description>{}</Description>\n", escaped(describe(info)));
     if (objective) {
         xml += "    <InstrumentRef ID=\"Instrument:0\"/>\n";
         xml +=

@@ -35,6 +35,7 @@ std::string to_json(const StackInfo& info) {
                        {"angle_deg", info.angle_deg},
                        {"numerical_aperture", info.numerical_aperture},
                        {"immersion_index", info.immersion_index},
+                       {"blur_um", info.blur_um},
                        {"exposure_s", info.exposure_s},
                        {"quantity", info.quantity},
                        {"unit", info.unit},
@@ -65,6 +66,7 @@ StackInfo stack_info_from_json(const std::string& text) {
     info.angle_deg = json.at("angle_deg");
     info.numerical_aperture = json.at("numerical_aperture");
     info.immersion_index = json.at("immersion_index");
+    info.blur_um = json.at("blur_um");
     info.exposure_s = json.at("exposure_s");
     info.quantity = json.at("quantity");
     info.unit = json.at("unit");

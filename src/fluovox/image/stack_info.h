@@ -38,6 +38,7 @@ struct StackInfo {
     double angle_deg = 0;            ///< of the view
     double numerical_aperture = 0;
     double immersion_index = 1;
+    double blur_um = 0;     ///< full width of the Gaussian blur that stands for diffraction; 0: none
     double exposure_s = 0;  ///< 0: not said
     std::string quantity;   ///< what a value is: "radiance", "expected photons", "label" ...
     std::string unit;       ///< "W.m^-2.sr^-1", "photons", "umol/L" ...; empty: none

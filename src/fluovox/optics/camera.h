@@ -18,6 +18,8 @@ struct Camera {
     int width = 0, height = 0;
     double exposure_s = 0;          ///< of one image; 0: not said
     double numerical_aperture = 0;  ///< n sin(theta) at `position`; 0: everything is sharp
+    double immersion_index = 1;     ///< what the aperture that was given has been divided by
+    double blur_um = 0;             ///< full width at half maximum of a Gaussian blur of the image, on the focal plane
 };
 
 }  // namespace fluovox

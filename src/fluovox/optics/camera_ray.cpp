@@ -14,12 +14,21 @@ CameraRays::CameraRays(const Camera& camera)
                               ? camera.field_um
                               : 2 * camera.focus_um * std::tan(0.5 * camera.fov_rad);
     pixel_um_ = height / camera.height;
+    blur_sigma_ = camera.blur_um / (2 * std::sqrt(2 * std::numbers::ln2));  // of a full width at half maximum
+}
+
+// A random shift on the focal plane; without blur none, and no random numbers used.
+Vec3 CameraRays::blur(Rng& rng) const {
+    if (blur_sigma_ == 0) return {};
+    const double r = blur_sigma_ * std::sqrt(2 * rng.exponential());
+    const double angle = 2 * std::numbers::pi * rng.uniform();
+    return (r * std::cos(angle)) * right_ + (r * std::sin(angle)) * up_;
 }
 
 Ray CameraRays::sample(int x, int y, Rng& rng) const {
     const double across = (x + rng.uniform() - 0.5 * camera_.width) * pixel_um_;
     const double upward = (0.5 * camera_.height - y - rng.uniform()) * pixel_um_;
-    const Vec3 sharp = camera_.position + camera_.focus_um * axis_ + across * right_ + upward * up_;
+    const Vec3 sharp = camera_.position + camera_.focus_um * axis_ + across * right_ + upward * up_ + blur(rng);
     double a = 0;
     double b = 0;
     if (camera_.numerical_aperture > 0) {  // a point of the unit disc
@@ -72,7 +81,7 @@ std::optional<CameraConnection> CameraRays::connect(Vec3 point_um, Rng& rng) con
         result.distance_um = length(away);
         result.to_camera = (-1 / result.distance_um) * away;
         const double cosine = depth / result.distance_um;
-        if (!find_pixel(lens + (camera_.focus_um / depth) * away, result)) return std::nullopt;
+        if (!find_pixel(lens + (camera_.focus_um / depth) * away + blur(rng), result)) return std::nullopt;
         // A solid angle dw seen from the lens covers focus^2 / cosine^3 dw of the focal plane.
         result.factor = camera_.focus_um * camera_.focus_um /
                         (cosine * cosine * cosine * pixel_area * result.distance_um * result.distance_um);
@@ -82,7 +91,8 @@ std::optional<CameraConnection> CameraRays::connect(Vec3 point_um, Rng& rng) con
     const Vec3 direction = (a * na) * right_ + (b * na) * up_ + cosine * axis_;
     result.to_camera = -direction;
     result.distance_um = depth / cosine;
-    if (!find_pixel(point_um + ((camera_.focus_um - depth) / cosine) * direction, result)) return std::nullopt;
+    const Vec3 sharp = point_um + ((camera_.focus_um - depth) / cosine) * direction + blur(rng);
+    if (!find_pixel(sharp, result)) return std::nullopt;
     result.factor = 1 / (cosine * pixel_area);
     return result;
 }

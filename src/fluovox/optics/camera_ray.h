@@ -18,6 +18,8 @@ struct CameraConnection {
 
 /// A ray from the camera through a pixel, whose average radiance is the pixel's value: uniform over the pixel's area
 /// on the focal plane and, telecentric, uniform in projected solid angle over the aperture.
+/// With `blur_um` the place on the focal plane is shifted at random, which blurs the image of everything but collimated
+/// light that shines into the camera.
 /// With a numerical aperture the perspective camera is a thin lens, averaged over the lens' area.
 class CameraRays {
 public:
@@ -38,10 +40,12 @@ public:
 
 private:
     bool find_pixel(Vec3 sharp, CameraConnection& connection) const;
+    Vec3 blur(Rng& rng) const;
 
     Camera camera_;
     Vec3 axis_, right_, up_;
-    double pixel_um_ = 0;  // on the focal plane
+    double pixel_um_ = 0;    // on the focal plane
+    double blur_sigma_ = 0;  // standard deviation on the focal plane, um
 };
 
 }  // namespace fluovox

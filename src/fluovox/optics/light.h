@@ -33,6 +33,7 @@ struct SheetLight {
     bool two_sided = false;  ///< half the power comes from the mirror image of the sheet about its waist
     double numerical_aperture = 0;
     Vec3 waist;
+    std::vector<double> pivots_rad;  ///< turned about `normal` through the waist, by each of these in turn; none: 0
 };
 
 /// A round beam; as a sheet, with `radius_um` to 1/e^2 (gaussian) or to the hard edge (box). Radius 0: a pencil.

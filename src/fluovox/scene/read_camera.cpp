@@ -115,11 +115,41 @@ FilterDescription read_filter(const SceneTable& table) {
 
 }  // namespace
 
+namespace {
+
+/// The field of a microscope by the size of its pixels: in the specimen, or on the chip and the magnification.
+void read_pixel_size(const SceneTable& table, Camera& camera) {
+    const bool on_chip = table.has("magnification") || table.has("sensor_pixel");
+    if (static_cast<int>(table.has("field")) + static_cast<int>(table.has("pixel_size")) + static_cast<int>(on_chip) >
+        1)
+        table.fail("says the size twice: give field, or pixel_size, or magnification and sensor_pixel");
+    if (table.has("pixel_size"))
+        camera.field_um = camera.height * table.quantity("pixel_size", Dimension::Length, NumberRange::positive());
+    if (!on_chip) return;
+    const double magnification = table.number("magnification", NumberRange::positive());
+    camera.field_um =
+        camera.height * table.quantity("sensor_pixel", Dimension::Length, NumberRange::positive()) / magnification;
+}
+
+}  // namespace
+
+void resolve_blur(const SceneTable& root, SceneDescription& scene) {
+    const SceneTable table = root.table("camera");
+    if (!table.is_text("blur") || table.text("blur") != "diffraction") return;
+    const double aperture = scene.camera.numerical_aperture * scene.camera.immersion_index;
+    if (!(aperture > 0)) table.fail("blur", "needs numerical_aperture: its width is wavelength / (2 NA)");
+    double nm = 0;
+    for (const FilmChannel& channel : scene.film.channels)
+        nm += channel.center_nm / static_cast<double>(scene.film.channels.size());
+    scene.camera.blur_um = 1e-3 * nm / (2 * aperture);
+}
+
 Camera read_camera(const SceneTable& root, const ReadContext& /*context*/) {
     if (!root.has("camera")) root.fail("camera", "is missing: the scene needs a table [camera]");
     const SceneTable table = root.table("camera");
     table.allow_only({"kind", "position", "target", "up", "focus", "field", "fov_deg", "resolution",
-                      "numerical_aperture", "exposure"});
+                      "numerical_aperture", "exposure", "pixel_size", "magnification", "sensor_pixel",
+                      "immersion_index", "blur"});
     Camera camera;
     const bool telecentric = !table.has("kind") || table.choice("kind", {"telecentric", "perspective"}) == 0;
     camera.kind = telecentric ? Camera::Kind::Telecentric : Camera::Kind::Perspective;
@@ -140,7 +170,8 @@ Camera read_camera(const SceneTable& root, const ReadContext& /*context*/) {
                                       : "belongs to a telecentric camera; a perspective one has fov_deg");
     }
     if (telecentric) {
-        camera.field_um = table.quantity("field", Dimension::Length, NumberRange::positive());
+        if (!table.has("pixel_size") && !table.has("magnification"))
+            camera.field_um = table.quantity("field", Dimension::Length, NumberRange::positive());
     } else {
         constexpr NumberRange kFov_deg = {.min = 0, .max = 180, .without_min = true, .without_max = true};
         camera.fov_rad = table.number("fov_deg", kFov_deg) * std::numbers::pi / 180;
@@ -148,7 +179,12 @@ Camera read_camera(const SceneTable& root, const ReadContext& /*context*/) {
     const std::vector<long long> resolution = table.integers("resolution", 2, 1, kMostPixels);
     camera.width = static_cast<int>(resolution[0]);
     camera.height = static_cast<int>(resolution[1]);
-    camera.numerical_aperture = table.number_or("numerical_aperture", 0, NumberRange::not_negative());
+    if (telecentric) read_pixel_size(table, camera);
+    camera.immersion_index = table.number_or("immersion_index", 1, {.min = 1, .max = 4});
+    camera.numerical_aperture =
+        table.number_or("numerical_aperture", 0, NumberRange::not_negative()) / camera.immersion_index;
+    if (!table.is_text("blur") || table.text("blur") != "diffraction")
+        camera.blur_um = table.quantity_or("blur", Dimension::Length, 0, NumberRange::not_negative());
     camera.exposure_s = table.quantity_or("exposure", Dimension::Time, 0, NumberRange::positive());
     return camera;
 }

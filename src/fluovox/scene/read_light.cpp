@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 namespace fluovox {
 namespace {
@@ -26,11 +27,44 @@ BeamProfile read_profile(const SceneTable& table) {
     return table.choice("profile", {"gaussian", "box"}) == 0 ? BeamProfile::Gaussian : BeamProfile::Box;
 }
 
-/// What sheets and beams share: `numerical_aperture`, `waist`, and how they go with the profile.
+/// The laser line of a light that needs one for its width.
+double read_line_nm(const SceneTable& table) {
+    if (!table.has("wavelength")) table.fail("wavelength", "is missing: the width of a focused light follows from it");
+    return table.quantity("wavelength", Dimension::Wavelength, kWavelengthRange_nm);
+}
+
+/// The sine of the cone of a light whose waist has a half width `waist_um` (to 1/e^2), by one of the keys that say it.
+/// Gaussian beams: w0 = wavelength / (pi NA), zR = pi w0^2 n / wavelength = w0 / tan(theta). Siegman, Lasers (1986),
+/// chapter 17.
+double read_cone(const SceneTable& table, double waist_um) {
+    const int ways = static_cast<int>(table.has("numerical_aperture")) + static_cast<int>(table.has("rayleigh_range")) +
+                     static_cast<int>(table.flag_or("diffraction", false));
+    const double index = table.number_or("immersion_index", 1, {.min = 1, .max = 4});
+    if (table.has("numerical_aperture") && ways == 1)
+        return table.number("numerical_aperture", NumberRange::not_negative()) / index;
+    if (ways == 0) return 0;
+    if (ways > 1) table.fail("gives the cone twice: numerical_aperture, rayleigh_range or diffraction");
+    if (!(waist_um > 0)) table.fail("needs a waist above 0 to have a Rayleigh range");
+    if (table.has("rayleigh_range")) {
+        const double range_um = table.quantity("rayleigh_range", Dimension::Length, NumberRange::positive());
+        return waist_um / std::hypot(waist_um, range_um);
+    }
+    const double sine = 1e-3 * read_line_nm(table) / (std::numbers::pi * waist_um * index);
+    if (sine >= 1) table.fail("diffraction", "cannot make a waist this thin: it is below wavelength / pi");
+    return sine;
+}
+
+/// Half width of the waist that light of the table's wavelength has behind its numerical aperture.
+double diffraction_waist_um(const SceneTable& table) {
+    const double aperture = table.number("numerical_aperture", NumberRange::positive());
+    return 1e-3 * read_line_nm(table) / (std::numbers::pi * aperture);
+}
+
+/// What sheets and beams share: how they are focused, `waist`, and how that goes with the profile.
 template <class Focused>
-void read_focusing(const SceneTable& table, Focused& light) {
+void read_focusing(const SceneTable& table, Focused& light, double waist_um) {
     light.profile = read_profile(table);
-    light.numerical_aperture = table.number_or("numerical_aperture", 0, NumberRange::not_negative());
+    light.numerical_aperture = read_cone(table, waist_um);
     if (light.numerical_aperture > 0 && light.profile == BeamProfile::Box) {
         table.fail("profile", "does not go with numerical_aperture: a focused light is gaussian");
     }
@@ -39,17 +73,29 @@ void read_focusing(const SceneTable& table, Focused& light) {
 
 SheetLight read_sheet(const SceneTable& table, ReadContext& context) {
     table.allow_only({"kind", "wavelength", "spectrum", "power", "position", "direction", "normal", "width",
-                      "thickness", "profile", "two_sided", "numerical_aperture", "waist"});
+                      "thickness", "profile", "two_sided", "numerical_aperture", "waist", "immersion_index",
+                      "rayleigh_range", "diffraction", "pivot_deg"});
     SheetLight sheet;
     sheet.position = table.point("position");
     sheet.direction = table.direction("direction");
     sheet.normal = read_perpendicular(table, "normal", sheet.direction, "direction");
     sheet.width_um = table.quantity("width", Dimension::Length, NumberRange::not_negative());
-    sheet.thickness_um = table.quantity("thickness", Dimension::Length, NumberRange::not_negative());
+    if (!table.has("thickness") && table.has("numerical_aperture")) {
+        sheet.thickness_um = 2 * diffraction_waist_um(table);
+    } else {
+        sheet.thickness_um = table.quantity("thickness", Dimension::Length, NumberRange::not_negative());
+    }
     sheet.two_sided = table.flag_or("two_sided", false);
-    read_focusing(table, sheet);
-    if (table.has("waist") && sheet.numerical_aperture == 0 && !sheet.two_sided) {
-        table.fail("waist", "does nothing to a collimated sheet: give numerical_aperture or two_sided as well");
+    read_focusing(table, sheet, 0.5 * sheet.thickness_um);
+    if (table.has("pivot_deg")) {
+        sheet.pivots_rad = table.numbers("pivot_deg", {.min = -60, .max = 60});
+        for (double& angle : sheet.pivots_rad)
+            angle *= std::numbers::pi / 180;
+    }
+    if (table.has("waist") && sheet.numerical_aperture == 0 && !sheet.two_sided && sheet.pivots_rad.empty()) {
+        table.fail("waist",
+                   "does nothing to a collimated sheet: give numerical_aperture, rayleigh_range, two_sided or "
+                   "pivot_deg as well");
     }
     if (sheet.two_sided && !table.has("waist")) {
         context.warnings.push_back(table.path() +
@@ -61,16 +107,37 @@ SheetLight read_sheet(const SceneTable& table, ReadContext& context) {
 
 BeamLight read_beam(const SceneTable& table) {
     table.allow_only({"kind", "wavelength", "spectrum", "power", "position", "direction", "radius", "profile",
-                      "numerical_aperture", "waist"});
+                      "numerical_aperture", "waist", "immersion_index", "rayleigh_range", "diffraction", "scan"});
     BeamLight beam;
     beam.position = table.point("position");
     beam.direction = table.direction("direction");
-    beam.radius_um = table.quantity("radius", Dimension::Length, NumberRange::not_negative());
-    read_focusing(table, beam);
+    if (!table.has("radius") && table.has("numerical_aperture")) {
+        beam.radius_um = diffraction_waist_um(table);
+    } else {
+        beam.radius_um = table.quantity("radius", Dimension::Length, NumberRange::not_negative());
+    }
+    read_focusing(table, beam, beam.radius_um);
     if (table.has("waist") && beam.numerical_aperture == 0) {
         table.fail("waist", "does nothing to a collimated beam: give numerical_aperture as well");
     }
     return beam;
+}
+
+/// The sheet that a beam draws while it is scanned: its average over time. The beam's cone in the plane of the sheet,
+/// and the sheet's edges (soft over a beam's width), are left out.
+SheetLight scanned(const SceneTable& table, const BeamLight& beam) {
+    const SceneTable scan = table.table("scan");
+    scan.allow_only({"along", "width"});
+    if (beam.profile != BeamProfile::Gaussian) table.fail("profile", "must be gaussian where the beam is scanned");
+    SheetLight sheet;
+    sheet.position = beam.position;
+    sheet.direction = beam.direction;
+    sheet.normal = cross(beam.direction, read_perpendicular(scan, "along", beam.direction, "direction"));
+    sheet.width_um = scan.quantity("width", Dimension::Length, NumberRange::positive());
+    sheet.thickness_um = 2 * beam.radius_um;
+    sheet.numerical_aperture = beam.numerical_aperture;
+    sheet.waist = beam.waist;
+    return sheet;
 }
 
 PointLight read_point(const SceneTable& table) {
@@ -168,6 +235,7 @@ LightDescription read_light(const SceneTable& table, ReadContext& context) {
             break;
         case 1:
             result.light.shape = read_beam(table);
+            if (table.has("scan")) result.light.shape = scanned(table, read_beam(table));
             break;
         case 2:
             result.light.shape = read_point(table);

@@ -44,6 +44,10 @@ FilmSpec read_film(const SceneTable& root, const ReadContext& context);
 std::optional<StackDescription> read_stack(const SceneTable& root);
 RenderDescription read_render(const SceneTable& root);
 
+/// Sets the camera's blur where it is `blur = "diffraction"`: wavelength / (2 NA) at the mean of the film's
+/// wavelengths.
+void resolve_blur(const SceneTable& root, SceneDescription& scene);
+
 /// Throws at camera.resolution when the film would not fit into the memory of this machine.
 void require_film_fits(const SceneTable& root, const SceneDescription& scene);
 

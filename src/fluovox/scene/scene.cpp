@@ -127,21 +127,43 @@ void add_medium(Scene& scene, const MediumDescription& description, GridLoader& 
     scene.media.push_back(std::move(medium));
 }
 
+Vec3 turned(Vec3 v, Vec3 axis, double angle) {  // Rodrigues' formula
+    return std::cos(angle) * v + std::sin(angle) * cross(axis, v) + ((1 - std::cos(angle)) * dot(axis, v)) * axis;
+}
+
+// A sheet that is pivoted while a picture is taken is, on average, as many sheets as angles; a two-sided one, two.
+std::vector<SheetLight> parts_of(const SheetLight& sheet) {
+    std::vector<SheetLight> sheets;
+    for (const double angle : sheet.pivots_rad.empty() ? std::vector<double>{0} : sheet.pivots_rad) {
+        SheetLight part = sheet;
+        part.pivots_rad.clear();
+        if (angle != 0) {
+            part.direction = turned(sheet.direction, sheet.normal, angle);
+            part.position = sheet.waist + turned(sheet.position - sheet.waist, sheet.normal, angle);
+        }
+        sheets.push_back(part);
+        if (!sheet.two_sided) continue;
+        part.direction = -part.direction;
+        part.position = 2 * part.waist - part.position;
+        sheets.push_back(part);
+    }
+    return sheets;
+}
+
 void add_light(Scene& scene, const LightDescription& description) {
     const Light& light = description.light;
     const auto* sheet = std::get_if<SheetLight>(&light.shape);
-    if (sheet == nullptr || !sheet->two_sided) {
+    if (sheet == nullptr || (!sheet->two_sided && sheet->pivots_rad.empty())) {
         scene.lights.push_back(light);
         return;
     }
-    Light half = light;
-    half.power_W = 0.5 * light.power_W;
-    scene.lights.push_back(half);
-    SheetLight mirrored = *sheet;
-    mirrored.direction = -sheet->direction;
-    mirrored.position = 2 * sheet->waist - sheet->position;
-    half.shape = mirrored;
-    scene.lights.push_back(half);
+    const std::vector<SheetLight> sheets = parts_of(*sheet);
+    for (const SheetLight& part : sheets) {
+        Light one = light;
+        one.power_W = light.power_W / static_cast<double>(sheets.size());
+        one.shape = part;
+        scene.lights.push_back(one);
+    }
 }
 
 // Share of the dye's peak absorption that the light reaches where it is strongest.

@@ -20,7 +20,11 @@ void require_apertures(const SceneTable& root, const SceneDescription& scene) {
         index = std::max(index, medium.refractive_index.value_or(1));
     const auto require = [&](const SceneTable& table) {
         constexpr const char* kKey = "numerical_aperture";
-        if (!table.has(kKey) || table.number(kKey) < index) return;
+        const double immersion = table.has("immersion_index") ? table.number("immersion_index") : 1;
+        if (immersion != 1 && index != 1)
+            table.fail("immersion_index", "is for scenes without refractive_index: there the media say it");
+        if (!table.has(kKey) || table.number(kKey) < index * immersion) return;
+        if (immersion != 1) table.fail(kKey, fmt::format("must be below {}, the immersion_index", immersion));
         table.fail(kKey, fmt::format("must be below {}, the highest refractive index of the scene", index));
     };
     if (root.has("camera")) require(root.table("camera"));
@@ -80,7 +84,10 @@ SceneDescription parse_scene_description(const std::string& text, const std::fil
     scene.warnings = std::move(context.warnings);
     require_nested(scene);
     require_apertures(root, scene);
-    if (has_view) require_film_fits(root, scene);
+    if (has_view) {
+        require_film_fits(root, scene);
+        resolve_blur(root, scene);
+    }
     warn_of_what_is_absent(scene);
     return scene;
 }

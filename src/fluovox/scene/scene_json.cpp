@@ -141,6 +141,12 @@ Json profile(BeamProfile profile) {
     return profile == BeamProfile::Gaussian ? "gaussian" : "box";
 }
 
+std::vector<double> degrees(std::vector<double> angles) {
+    for (double& angle : angles)
+        angle *= 180 / std::numbers::pi;
+    return angles;
+}
+
 struct LightText {
     Json operator()(const SheetLight& sheet) const {
         return {{"kind", "sheet"},
@@ -151,6 +157,7 @@ struct LightText {
                 {"thickness", length(sheet.thickness_um)},
                 {"profile", profile(sheet.profile)},
                 {"two_sided", sheet.two_sided},
+                {"pivot_deg", degrees(sheet.pivots_rad)},
                 {"numerical_aperture", sheet.numerical_aperture},
                 {"waist", point(sheet.waist)}};
     }
@@ -202,7 +209,9 @@ Json camera_json(const Camera& camera) {
         json["fov_deg"] = camera.fov_rad * 180 / std::numbers::pi;
     }
     json["resolution"] = {camera.width, camera.height};
-    json["numerical_aperture"] = camera.numerical_aperture;
+    json["numerical_aperture"] = camera.numerical_aperture * camera.immersion_index;
+    json["immersion_index"] = camera.immersion_index;
+    json["blur"] = length(camera.blur_um);
     json["exposure"] = camera.exposure_s > 0 ? Json(format_quantity(camera.exposure_s, Dimension::Time)) : Json();
     return json;
 }
@@ -226,15 +235,14 @@ Json film_json(const FilmSpec& film) {
 }
 
 Json stack_json(const StackDescription& stack) {
-    std::vector<double> angles_deg;
-    for (const double angle : stack.views.angles_rad)
-        angles_deg.push_back(angle * 180 / std::numbers::pi);
     return {{"along", vector(stack.along)},
             {"start", length(stack.start_um)},
             {"stop", length(stack.stop_um)},
             {"step", length(stack.step_um)},
             {"views",
-             {{"axis", vector(stack.views.axis)}, {"center", point(stack.views.center)}, {"angles_deg", angles_deg}}}};
+             {{"axis", vector(stack.views.axis)},
+              {"center", point(stack.views.center)},
+              {"angles_deg", degrees(stack.views.angles_rad)}}}};
 }
 
 Json render_json(const RenderDescription& render) {

@@ -170,9 +170,11 @@ StackInfo describe_stack(const Scene& scene, int view) {
     for (int plane = 0; plane < info.planes; ++plane)
         info.positions_um.push_back(first + static_cast<double>(plane) * (second - first));
     info.angle_deg = stack.views.angles_rad[static_cast<std::size_t>(view)] * 180 / std::numbers::pi;
-    info.numerical_aperture = camera.numerical_aperture;
+    info.numerical_aperture = camera.numerical_aperture * camera.immersion_index;
+    info.immersion_index = camera.immersion_index;
     info.exposure_s = camera.exposure_s;
     info.quantity = "radiance";
+    info.blur_um = camera.blur_um;
     const char* what = description.film.unit == FilmUnit::Photons ? "photons.s^-1" : "W";
     info.unit = fmt::format("{}.m^-2.sr^-1{}", what, description.film.is_spectral ? ".nm^-1" : "");
     info.scene_json = to_json(description);
