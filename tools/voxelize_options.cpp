@@ -196,8 +196,11 @@ void parse_settings(const CommandLine& line, SpecimenSettings& settings) {
         if (settings.resolution < 1 || settings.resolution > kMost) line.fail("--resolution must be 1 to 1048576");
     }
     parse_boxes(line, settings);
-    settings.voxels.inside = choose<InsideRule>(
-        line, "inside", {{"auto", InsideRule::Auto}, {"stab", InsideRule::Stab}, {"winding", InsideRule::Winding}});
+    settings.voxels.inside = choose<InsideRule>(line, "inside",
+                                                {{"auto", InsideRule::Auto},
+                                                 {"stab", InsideRule::Stab},
+                                                 {"winding", InsideRule::Winding},
+                                                 {"flood", InsideRule::Flood}});
     settings.overlap = choose<OverlapRule>(line, "overlap",
                                            {{"max", OverlapRule::Max},
                                             {"sum", OverlapRule::Sum},
@@ -238,7 +241,10 @@ CommandLine voxelize_command_line() {
     add("mesh-unit", po::value<std::string>()->value_name("UNIT"),
         "what one unit of the meshes is: nm, um, 8nm (default: um; glTF says metres itself), or of a NRRD file");
     add("inside", po::value<std::string>()->default_value("auto")->value_name("RULE"),
-        "at holes: stab (caps), winding (generalized winding number), auto (caps where the hole is flat)");
+        "auto: holes that are nearly flat are capped, at others the generalized winding number decides; stab: all are "
+        "capped; winding: the number decides at all; flood: all are capped, and all that cannot be reached from "
+        "outside "
+        "is filled, cavities too");
     add("overlap", po::value<std::string>()->default_value("max")->value_name("RULE"),
         "where meshes of one dye with different concentrations overlap: max, sum, first, last");
     add("bbox", po::value<std::string>()->value_name("BOX"),

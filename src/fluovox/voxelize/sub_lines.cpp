@@ -102,16 +102,17 @@ void SubLines::fill_block(std::int32_t block, BlockValues& values) {
     cut_lines();
     const double x0 = kBlockSide * block;
     std::array<double, kBlockVoxels> inside{};
+    const auto is_solid = [&](int winding) { return solid_ == Solid::Inside ? winding >= 1 : winding != 0; };
     for (std::size_t line = 0; line + 1 < first_.size(); ++line) {
         const std::size_t column = line / kPerColumn;
         int winding = 0;
         double begin = 0;
         for (std::uint32_t i = first_[line]; i < first_[line + 1]; ++i) {
             const Crossing& crossing = crossings_[i];
-            const int before = winding;
+            const bool before = is_solid(winding);
             winding += crossing.enters;
-            if (before < 1 && winding >= 1) begin = crossing.x;
-            if (!(before >= 1 && winding < 1)) continue;
+            if (!before && is_solid(winding)) begin = crossing.x;
+            if (!before || is_solid(winding)) continue;
             const double low = std::clamp(begin - x0, 0.0, static_cast<double>(kBlockSide));
             const double high = std::clamp(crossing.x - x0, 0.0, static_cast<double>(kBlockSide));
             for (auto x = static_cast<std::size_t>(low); static_cast<double>(x) < high; ++x) {

@@ -19,7 +19,8 @@ std::pair<double, double> sub_line_place(const TileTask& task, std::size_t line)
 /// by the surface into stretches inside and outside. Nothing is done before the first block is asked for.
 class SubLines {
 public:
-    SubLines(const VoxelSurface& surface, const TileTask& task) : surface_(surface), task_(task) {}
+    SubLines(const VoxelSurface& surface, const TileTask& task, Solid solid = Solid::Inside)
+        : surface_(surface), task_(task), solid_(solid) {}
 
     /// Fractions of the block's voxels where the surface winds around at least once.
     void fill_block(std::int32_t block, BlockValues& values);
@@ -51,6 +52,7 @@ private:
 
     const VoxelSurface& surface_;
     const TileTask& task_;
+    Solid solid_;
     bool ready_ = false;
     std::vector<Crossing> crossings_;   // by line, then x
     std::vector<std::uint32_t> first_;  // of each line

@@ -18,8 +18,8 @@ constexpr double kExcess = 1e-6;  // of a winding number over 1 or under 0 that 
 class PieceMaker {
 public:
     /// With a `layer` above zero each piece is a sheet that thick instead of the surface of a solid.
-    PieceMaker(const TileTask& task, std::vector<Piece>& pieces, double layer = 0)
-        : y_(kBlockSide * task.y), z_(kBlockSide * task.z), layer_(layer), pieces_(pieces) {}
+    PieceMaker(const TileTask& task, std::vector<Piece>& pieces, double layer = 0, Solid solid = Solid::Inside)
+        : y_(kBlockSide * task.y), z_(kBlockSide * task.z), layer_(layer), solid_(solid), pieces_(pieces) {}
 
     void add(const Vec3& a, const Vec3& b, const Vec3& c) {
         Polygon polygon;
@@ -94,12 +94,13 @@ private:
             area += part;
             moment += part * (x0 + (u.x + v.x) / 3);
         }
-        if (area == 0) return;
+        if (area == 0 && solid_ == Solid::Inside) return;
         pieces_.push_back({x, column, moment - area, -area});
     }
 
     int y_, z_;
     double layer_;
+    Solid solid_;
     std::vector<Piece>& pieces_;
 };
 
@@ -107,7 +108,8 @@ private:
 class TileSweep {
 public:
     /// `lines`: what decides where surfaces overlap; without, nothing winds around anything twice.
-    TileSweep(const TileTask& task, SubLines* lines) : task_(task), lines_(lines) {}
+    TileSweep(const TileTask& task, SubLines* lines, Solid solid = Solid::Inside)
+        : task_(task), lines_(lines), solid_(solid) {}
 
     TileResult run(std::vector<Piece>& pieces) {
         std::stable_sort(pieces.begin(), pieces.end(),
@@ -147,8 +149,9 @@ private:
         for (const double w : running_) {
             sum += w;
             const bool whole = w == std::round(w);
-            all_in &= whole && w >= 1;
-            all_out &= whole && w <= 0;
+            const bool in = solid_ == Solid::Inside ? w >= 1 : w != 0;
+            all_in &= whole && in;
+            all_out &= whole && !in;
             doubtful |= !whole && (w > 1 + kExcess || w < -kExcess);
         }
         const double blocks = end - begin;
@@ -172,12 +175,15 @@ private:
     void mixed_block(std::int32_t block, const Piece* pieces, std::size_t count, bool open) {
         std::array<double, kBlockVoxels> volume{};
         std::array<double, kBlockVoxels> area{};
+        std::bitset<kBlockVoxels> crossed;
         for (const Piece* piece = pieces; piece != pieces + count; ++piece) {
             const auto voxel =
                 static_cast<std::size_t>((piece->x - kBlockSide * block) * kBlockColumns + piece->column);
             volume[voxel] += piece->volume;
             area[voxel] += piece->area;
+            crossed.set(voxel);
         }
+        if (solid_ == Solid::Enclosed) result_.crossed.emplace_back(block, crossed);
         BlockValues values;
         bool doubtful = false;
         for (std::size_t voxel = 0; voxel < kBlockVoxels; ++voxel) {
@@ -216,22 +222,23 @@ private:
 
     const TileTask& task_;
     SubLines* lines_;
+    Solid solid_;
     Columns running_{};
     TileResult result_;
 };
 
 }  // namespace
 
-TileResult fill_tile(const VoxelSurface& surface, const TileTask& task) {
+TileResult fill_tile(const VoxelSurface& surface, const TileTask& task, Solid solid) {
     std::vector<Piece> pieces;
-    PieceMaker maker(task, pieces);
+    PieceMaker maker(task, pieces, 0, solid);
     const Mesh& mesh = surface.mesh;
     for (const std::uint32_t* t = task.begin; t != task.end; ++t) {
         const auto& corners = mesh.triangles[*t];
         maker.add(mesh.vertices[corners[0]], mesh.vertices[corners[1]], mesh.vertices[corners[2]]);
     }
-    SubLines lines(surface, task);
-    return TileSweep(task, &lines).run(pieces);
+    SubLines lines(surface, task, solid);
+    return TileSweep(task, &lines, solid).run(pieces);
 }
 
 TileResult fill_layer_tile(const VoxelSurface& surface, const TileTask& task, double thickness) {

@@ -6,8 +6,10 @@
 #include "fluovox/voxelize/winding_tree.h"
 
 #include <array>
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace fluovox {
@@ -28,6 +30,12 @@ struct VoxelSurface {
     std::vector<BlockPlace> open_blocks;  ///< where they matter
 };
 
+/// What is solid.
+enum class Solid {
+    Inside,    ///< what the surface winds around at least once
+    Enclosed,  ///< what it winds around any number of times but none, either way; all touched voxels are noted
+};
+
 /// A leaf's worth of inside fractions, x slowest and z fastest, as OpenVDB has it.
 using BlockValues = std::array<float, kBlockVoxels>;
 
@@ -44,6 +52,8 @@ struct TileResult {
     std::vector<BlockValues> values;
     std::vector<Block> blocks;  ///< several may share values
     std::vector<Run> full;
+    std::vector<std::pair<std::int32_t, std::bitset<kBlockVoxels>>>
+        crossed;                           ///< Solid::Enclosed: touched voxels by block
     double winding_volume = 0;             ///< voxels: integral of the winding number
     double volume = 0;                     ///< voxels: what is inside
     std::uint64_t decided_by_winding = 0;  ///< voxels
@@ -69,7 +79,7 @@ struct Piece {
 /// clipped to the voxels it crosses and adds the volume between itself and the far end of its row, with its sign.
 /// Where surfaces overlap, 64 lines along x per column of voxels are cut into what is inside (enter +1, leave -1,
 /// inside where the sum is at least 1) and what isn't.
-TileResult fill_tile(const VoxelSurface& surface, const TileTask& task);
+TileResult fill_tile(const VoxelSurface& surface, const TileTask& task, Solid solid = Solid::Inside);
 
 /// Fills a tile with a layer of `thickness` (in voxels, thin) on the surface: each voxel gets the area in it times
 /// that.

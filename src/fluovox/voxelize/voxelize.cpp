@@ -5,6 +5,7 @@
 #include "fluovox/voxelize/capsule_tile.h"
 #include "fluovox/voxelize/chunks.h"
 #include "fluovox/voxelize/clip.h"
+#include "fluovox/voxelize/flood.h"
 #include "fluovox/voxelize/tile_bins.h"
 #include "fluovox/voxelize/voxel_tile.h"
 
@@ -94,7 +95,8 @@ VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& latt
             surface.mesh.triangles[first_triangle + t] = {corners[0] + offset, corners[1] + offset,
                                                           corners[2] + offset};
         });
-        for (std::size_t t = solid.first_cap; t < solid.mesh.triangles.size() && rule != InsideRule::Stab; ++t) {
+        for (std::size_t t = solid.first_cap; t < solid.mesh.triangles.size(); ++t) {
+            if (rule == InsideRule::Stab || rule == InsideRule::Flood) break;
             if (rule == InsideRule::Auto && solid.cap_is_sure[t - solid.first_cap] != 0) continue;
             const auto& corners = surface.mesh.triangles[first_triangle + t];
             const auto& vertices = surface.mesh.vertices;
@@ -210,6 +212,24 @@ public:
                 tree_.addTile(1, origin(x, task), value, true);
         }
     }
+    /// Fills what a flood left dry.
+    void add(const std::vector<Flood::Enclosed>& enclosed) {
+        const auto value = static_cast<float>(settings_.value);
+        for (const auto& part : enclosed) {
+            TileTask task;
+            task.y = part.y;
+            task.z = part.z;
+            for (std::int32_t x = part.begin; x < part.end; ++x) {
+                if (part.voxels.all()) {
+                    tree_.addTile(1, origin(x, task), value, true);
+                    continue;
+                }
+                Leaf* const leaf = tree_.touchLeaf(origin(x, task));
+                for (std::size_t i = 0; i < part.voxels.size(); ++i)
+                    if (part.voxels[i]) leaf->setValueOn(static_cast<openvdb::Index>(i), value);
+            }
+        }
+    }
     openvdb::FloatGrid::Ptr finish() {
         openvdb::tools::pruneTiles(grid_->tree());
         if (settings_.clip_um) clip();
@@ -267,6 +287,14 @@ void require_affordable(double bytes, const Bounds& bounds_um, const VoxelizeSet
 
 namespace {
 
+/// Sum of all values.
+double filled_voxels(const openvdb::FloatGrid& grid) {
+    double sum = 0;
+    for (auto at = grid.cbeginValueOn(); at; ++at)
+        sum += static_cast<double>(*at) * static_cast<double>(at.getVoxelCount());
+    return sum;
+}
+
 struct FilledTile {
     TileTask task;
     TileResult result;
@@ -279,6 +307,7 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
                         Progress& progress, const Fill& fill) {
     GridFiller filler(lattice, settings);
     VoxelizeReport report;
+    Flood flood;
     progress.start("voxelizing", static_cast<long long>(bins.size()));
     // Tiles are filled in any order, a few at a time, and go into the tree in theirs, so that every sum is the same
     // for any number of threads.
@@ -310,6 +339,7 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
             report.volume_um3 += tile.result.volume * voxel_um3;
             report.winding_um3 += tile.result.winding_volume * voxel_um3;
             report.decided_by_winding += tile.result.decided_by_winding;
+            flood.add(tile.task, tile.result);
         }
     };
     using tbb::filter_mode;
@@ -317,8 +347,10 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
                            tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, take) &
                                tbb::make_filter<std::size_t, std::vector<FilledTile>>(filter_mode::parallel, work) &
                                tbb::make_filter<std::vector<FilledTile>, void>(filter_mode::serial_in_order, put));
+    if (settings.inside == InsideRule::Flood && !progress.stopped()) filler.add(flood.enclosed());
     auto grid = filler.finish();
     report.voxels = grid->activeVoxelCount();
+    if (settings.inside == InsideRule::Flood) report.volume_um3 = voxel_um3 * filled_voxels(*grid) / settings.value;
     if (report.voxels == 0 && !progress.stopped()) {
         throw InputError("nothing is inside the surface: the grid would be empty");
     }
@@ -345,7 +377,9 @@ VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSetti
         [&](std::uint32_t number, double low, double high) { return triangle_span(surface.mesh, number, low, high); },
         lattice.blocks[2]);
     bins.add_open_blocks(surface.open_blocks);
-    return fill_grid(lattice, settings, bins, progress, [&](const TileTask& task) { return fill_tile(surface, task); });
+    const Solid solid = settings.inside == InsideRule::Flood ? Solid::Enclosed : Solid::Inside;
+    return fill_grid(lattice, settings, bins, progress,
+                     [&](const TileTask& task) { return fill_tile(surface, task, solid); });
 }
 
 VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickness_um,

@@ -17,6 +17,7 @@ enum class InsideRule {
     Auto,     ///< caps over nearly plane holes, the winding number at others
     Stab,     ///< caps over every hole
     Winding,  ///< the generalized winding number (at least 1/2) at every hole
+    Flood,    ///< caps over every hole; then all that cannot be reached from outside, cavities included
 };
 
 struct VoxelizeSettings {

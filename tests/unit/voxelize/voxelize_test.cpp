@@ -101,7 +101,7 @@ TEST(Voxelize, DroppedTrianglesAreCapped) {
     const double truth = signed_volume(mesh);
     Rng random(3, 1, 5);
     std::erase_if(mesh.triangles, [&](const auto&) { return random.uniform() < 0.02; });
-    for (const InsideRule rule : {InsideRule::Auto, InsideRule::Stab, InsideRule::Winding}) {
+    for (const InsideRule rule : {InsideRule::Auto, InsideRule::Stab, InsideRule::Winding, InsideRule::Flood}) {
         const Filled filled = fill(mesh, 0.25, rule);
         EXPECT_GT(filled.mesh.holes, 100U);
         EXPECT_NEAR(grid_volume(filled) / truth, 1, 0.002);
@@ -153,6 +153,23 @@ TEST(Voxelize, APlaneHoleIsClosedByAPlane) {
     EXPECT_EQ(filled.mesh.uneven_holes, 0U);
     EXPECT_EQ(filled.voxels.decided_by_winding, 0U);
     EXPECT_NEAR(grid_volume(filled) / (2 * pi / 3 * 1000), 1, 0.005);
+}
+
+TEST(Voxelize, AFloodFillsCavitiesAndNothingElse) {
+    const Mesh boxes = joined(box({0, 0, 0}, {40, 40, 40}), inside_out(box({4, 4, 4}, {36, 36, 36})));
+    EXPECT_NEAR(grid_volume(fill(boxes, 1, InsideRule::Flood)), 40.0 * 40 * 40, 1e-6);
+    const Mesh solid = ball({0.3, 0.2, 0.1}, 10);
+    const Mesh hollow = joined(solid, inside_out(ball({1, 2, 3}, 5)));
+    EXPECT_LT(grid_volume(fill(hollow, 0.25)), 0.9 * signed_volume(solid));
+    EXPECT_NEAR(grid_volume(fill(hollow, 0.25, InsideRule::Flood)) / signed_volume(solid), 1, 1e-4);
+    EXPECT_NEAR(grid_volume(fill(inside_out(solid), 0.25, InsideRule::Flood)) / signed_volume(solid), 1, 1e-4);
+    const Mesh two = joined(box({0, 0, 0}, {10, 10, 10}), box({4.5, 3.3, 2.2}, {14, 12, 11}));
+    EXPECT_NEAR(grid_volume(fill(two, 0.5, InsideRule::Flood)), 1000 + 9.5 * 8.7 * 8.8 - 5.5 * 6.7 * 7.8, 3);
+    // Two plates and a rim all around, but for a window: outside gets in.
+    Mesh open = joined(box({0, 0, 0}, {20, 20, 2}), box({0, 0, 18}, {20, 20, 20}));
+    open = joined(open, joined(box({0, 0, 2}, {2, 20, 18}), box({18, 0, 2}, {20, 20, 18})));
+    const double plates = 2 * 800 + 2 * 640;
+    EXPECT_NEAR(grid_volume(fill(open, 1, InsideRule::Flood)), plates, 1e-6);
 }
 
 TEST(Voxelize, LongSpansAreTilesAndCostNoLeaves) {
