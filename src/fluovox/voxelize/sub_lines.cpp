@@ -46,8 +46,10 @@ SubLines::Place SubLines::place(std::size_t line) const {
     return {y, z};
 }
 
-void SubLines::cut_lines_by(const Mesh::Triangle& t, std::vector<std::pair<std::uint32_t, Crossing>>& found) const {
+void SubLines::cut_lines_by(std::uint32_t number, std::vector<std::pair<std::uint32_t, Crossing>>& found) const {
     const Mesh& mesh = surface_.mesh;
+    const Mesh::Triangle& t = mesh.triangles[number];
+    const bool open_cap = !surface_.is_open_cap.empty() && surface_.is_open_cap[number] != 0;
     const Vec3& a = mesh.vertices[t[0]];
     const Vec3& b = mesh.vertices[t[1]];
     const Vec3& c = mesh.vertices[t[2]];
@@ -72,7 +74,8 @@ void SubLines::cut_lines_by(const Mesh::Triangle& t, std::vector<std::pair<std::
                 const bool left_w = left_of(mesh, t[0], t[1], y, z, w);
                 if (left_u != left_v || left_v != left_w || u + v + w == 0) continue;
                 const double x = (u * a.x + v * b.x + w * c.x) / (u + v + w);
-                found.push_back({first + n, {x, left_u ? -1 : 1}});
+                const auto enters = static_cast<std::int16_t>(left_u ? -1 : 1);
+                found.push_back({first + n, {x, enters, open_cap}});
             }
         }
     }
@@ -83,7 +86,7 @@ void SubLines::cut_lines() {
     ready_ = true;
     std::vector<std::pair<std::uint32_t, Crossing>> found;
     for (const std::uint32_t* t = task_.begin; t != task_.end; ++t)
-        cut_lines_by(surface_.mesh.triangles[*t], found);
+        cut_lines_by(*t, found);
     std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
         return a.first != b.first ? a.first < b.first : a.second.x < b.second.x;
     });
@@ -132,7 +135,7 @@ int SubLines::winding_at(std::size_t line, double x) const {
     return winding;
 }
 
-float SubLines::open_fraction(int column, int x) const {
+float SubLines::open_fraction(int column, int x, const CapField& field) const {
     // Every other line both ways, four points on each; the solid angle of the caps at one point of each eighth of the
     // voxel serves for all in it, unless a cap itself is near, where it jumps.
     constexpr int kStep = 2;
@@ -142,7 +145,7 @@ float SubLines::open_fraction(int column, int x) const {
     std::array<double, 8> caps{};
     for (std::size_t i = 0; i < caps.size(); ++i) {
         const auto half = [&](unsigned bit) { return (i >> bit & 1U) != 0 ? 0.75 : 0.25; };
-        caps[i] = surface_.open_caps(corner + Vec3{half(2), half(1), half(0)});
+        caps[i] = field(corner + Vec3{half(2), half(1), half(0)});
     }
     const auto [least, most] = std::minmax_element(caps.begin(), caps.end());
     constexpr double kJump = 0.4;
@@ -156,19 +159,46 @@ float SubLines::open_fraction(int column, int x) const {
         for (int point = 0; point < kPoints; ++point, ++all) {
             const double position = x + (point + 0.5) / kPoints;
             const int eighth = 4 * (point / 2) + 2 * (n / kPerSide / 4) + n % kPerSide / 4;
-            const double angle =
-                smooth ? caps[static_cast<std::size_t>(eighth)] : surface_.open_caps({position, at.y, at.z});
+            const double angle = smooth ? caps[static_cast<std::size_t>(eighth)] : field({position, at.y, at.z});
             inside += winding_at(line, position) - angle >= 0.5 ? 1 : 0;
         }
     }
     return static_cast<float>(inside) / static_cast<float>(all);
 }
 
+double SubLines::open_winding(int column, int n, double x, const CapField& caps) const {
+    const std::size_t line = static_cast<std::size_t>(column) * kPerColumn + static_cast<std::size_t>(n);
+    const Place at = place(line);
+    return winding_at(line, x) - caps({x, at.y, at.z});
+}
+
+/// Of a voxel that no surface crosses: the winding number without caps is nearly linear in it, so eight places tell.
+float SubLines::smooth_fraction(int column, int x, const CapField& caps) const {
+    constexpr int kQuarter = kPerSide / 4;
+    constexpr std::array<int, 2> kPlaces = {kQuarter, kPerSide - 1 - kQuarter};
+    double sum = 0;
+    double least = 1;
+    double most = 0;
+    for (const int ny : kPlaces) {
+        for (const int nz : kPlaces) {
+            for (const double along : {0.25, 0.75}) {
+                const double winding = open_winding(column, ny * kPerSide + nz, x + along, caps);
+                sum += winding / 8;
+                least = std::min(least, winding);
+                most = std::max(most, winding);
+            }
+        }
+    }
+    // The places span half of the voxel each way.
+    const double range = std::max(2 * (most - least), 1e-6);
+    return static_cast<float>(std::clamp(0.5 + (sum - 0.5) / range, 0.0, 1.0));
+}
+
 bool SubLines::crossed(int column, double x) const {
     for (int n = 0; n < kPerColumn; ++n) {
         const std::size_t line = static_cast<std::size_t>(column) * kPerColumn + static_cast<std::size_t>(n);
         for (std::uint32_t i = first_[line]; i < first_[line + 1]; ++i)
-            if (crossings_[i].x >= x && crossings_[i].x <= x + 1) return true;
+            if (!crossings_[i].open_cap && crossings_[i].x >= x && crossings_[i].x <= x + 1) return true;
     }
     return false;
 }
@@ -176,24 +206,29 @@ bool SubLines::crossed(int column, double x) const {
 std::uint64_t SubLines::fill_open_block(std::int32_t block, BlockValues& values) {
     cut_lines();
     fill_block(block, values);
+    const CapField field(
+        surface_.open_caps,
+        kBlockSide * Vec3{static_cast<double>(block), static_cast<double>(task_.y), static_cast<double>(task_.z)},
+        kBlockSide);
     std::uint64_t decided = 0;
     for (int voxel = 0; voxel < kBlockVoxels; ++voxel) {
+        constexpr int kMiddleLine = kPerSide * (kPerSide / 2 - 1) + kPerSide / 2 - 1;
         const int column = voxel % kBlockColumns;
         const int x = kBlockSide * block + voxel / kBlockColumns;
-        const Vec3 center = {x + 0.5, kBlockSide * task_.y + column / kBlockSide + 0.5,
-                             kBlockSide * task_.z + column % kBlockSide + 0.5};
-        const double caps = surface_.open_caps(center);
+        const std::size_t line = static_cast<std::size_t>(column) * kPerColumn + kMiddleLine;
+        const Place at = place(line);
+        const double caps = field({x + 0.5, at.y, at.z});
         constexpr double kMatters = 0.35;  // half, less what it can change from a voxel's centre to its corner
         if (std::abs(caps) < kMatters) continue;
         ++decided;
         float& value = values[static_cast<std::size_t>(voxel)];
-        const int winding = winding_at(static_cast<std::size_t>(column) * kPerColumn, x + 0.5);
-        constexpr double kClear = 0.1;  // the solid angle changes less across a voxel that no surface or cap crosses
-        if (std::abs(winding - caps - 0.5) > kClear && !crossed(column, x)) {
-            value = winding - caps >= 0.5 ? 1.0F : 0.0F;
-        } else {
-            value = open_fraction(column, x);
+        if (crossed(column, x)) {
+            value = open_fraction(column, x, field);
+            continue;
         }
+        const double winding = winding_at(line, x + 0.5) - caps;
+        constexpr double kClear = 0.1;  // it changes less across a voxel that no surface crosses
+        value = std::abs(winding - 0.5) > kClear ? (winding >= 0.5 ? 1.0F : 0.0F) : smooth_fraction(column, x, field);
     }
     return decided;
 }

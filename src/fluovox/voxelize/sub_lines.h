@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/voxelize/cap_field.h"
 #include "fluovox/voxelize/voxel_tile.h"
 
 #include <cstddef>
@@ -35,20 +36,24 @@ private:
 
     struct Crossing {
         double x = 0;
-        int enters = 0;  // +1, or -1 where the line leaves
+        std::int16_t enters = 0;  // +1, or -1 where the line leaves
+        bool open_cap = false;
     };
     struct Place {
         double y = 0, z = 0;
     };
 
     void cut_lines();
-    void cut_lines_by(const Mesh::Triangle& triangle, std::vector<std::pair<std::uint32_t, Crossing>>& found) const;
+    void cut_lines_by(std::uint32_t triangle, std::vector<std::pair<std::uint32_t, Crossing>>& found) const;
     Place place(std::size_t line) const;
     /// Winding number of a line at `x`.
     int winding_at(std::size_t line, double x) const;
-    /// Whether the surface or a cap crosses a voxel.
+    /// Whether the surface, not counting caps that are guesses, crosses a voxel.
     bool crossed(int column, double x) const;
-    float open_fraction(int column, int x) const;
+    /// The winding number without those caps, at a place on line `n` of a column.
+    double open_winding(int column, int n, double x, const CapField& caps) const;
+    float smooth_fraction(int column, int x, const CapField& caps) const;
+    float open_fraction(int column, int x, const CapField& caps) const;
 
     const VoxelSurface& surface_;
     const TileTask& task_;

@@ -27,7 +27,8 @@ using BlockPlace = std::array<std::int32_t, 3>;
 struct VoxelSurface {
     Mesh mesh;
     WindingTree open_caps;  ///< caps that are only a guess; where they matter the winding number without them decides
-    std::vector<BlockPlace> open_blocks;  ///< where they matter
+    std::vector<std::uint8_t> is_open_cap;  ///< of each triangle; empty: none is
+    std::vector<BlockPlace> open_blocks;    ///< where they matter
 };
 
 /// What is solid.

@@ -48,26 +48,30 @@ Lattice make_lattice(const Bounds& bounds, double voxel_um) {
     return lattice;
 }
 
-/// Adds a cap triangle in pieces about as long as wide, so that the hierarchy over them has compact groups. The third
-/// corner of a cap is the middle of its fan.
-void add_in_pieces(Mesh& caps, const std::array<Vec3, 3>& corners) {
-    const auto& [a, b, middle] = corners;
-    const double width = length(b - a);
-    const double reach = std::max(length(middle - a), length(middle - b));
-    constexpr double kAspect = 8;
-    constexpr double kMost = 64;
-    const int pieces = width > 0 ? static_cast<int>(std::clamp(reach / (kAspect * width), 1.0, kMost)) : 1;
-    for (int i = 0; i < pieces; ++i) {
-        const double s = static_cast<double>(i) / pieces;
-        const double t = static_cast<double>(i + 1) / pieces;
+/// Adds a cap triangle in pieces with edges no longer than `longest`, so that the hierarchy over them has compact
+/// groups and knows where the cap is near.
+void add_in_pieces(Mesh& caps, const std::array<Vec3, 3>& corners, double longest) {
+    std::vector<std::array<Vec3, 3>> rest = {corners};
+    constexpr std::size_t kMost = 1024;
+    for (std::size_t made = 0; !rest.empty();) {
+        const std::array<Vec3, 3> t = rest.back();
+        rest.pop_back();
+        std::size_t from = 0;  // of the longest edge
+        for (std::size_t i = 1; i < 3; ++i)
+            if (length(t[(i + 1) % 3] - t[i]) > length(t[(from + 1) % 3] - t[from])) from = i;
+        const Vec3& a = t[from];
+        const Vec3& b = t[(from + 1) % 3];
+        const Vec3& c = t[(from + 2) % 3];
+        if (length(b - a) > longest && made + rest.size() < kMost) {
+            const Vec3 middle = 0.5 * (a + b);
+            rest.push_back({a, middle, c});
+            rest.push_back({middle, b, c});
+            continue;
+        }
+        ++made;
         const auto first = static_cast<std::uint32_t>(caps.vertices.size());
-        caps.vertices.push_back(a + s * (middle - a));
-        caps.vertices.push_back(b + s * (middle - b));
-        caps.vertices.push_back(b + t * (middle - b));
+        caps.vertices.insert(caps.vertices.end(), {a, b, c});
         caps.triangles.push_back({first, first + 1, first + 2});
-        if (i + 1 == pieces) break;
-        caps.vertices.push_back(a + t * (middle - a));
-        caps.triangles.push_back({first, first + 2, first + 3});
     }
 }
 
@@ -81,6 +85,9 @@ Vec3 to_voxels(const Vec3& position_um, const Lattice& lattice) {
 VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& lattice, InsideRule rule) {
     VoxelSurface surface;
     Mesh open_caps;
+    constexpr double kPiecesAlongBox = 128;
+    const double longest_side = std::max({lattice.blocks[0], lattice.blocks[1], lattice.blocks[2]});
+    const double longest = std::max<double>(kBlockSide, kBlockSide * longest_side / kPiecesAlongBox);
     for (const SolidMesh& solid : solids) {
         const std::size_t first_vertex = surface.mesh.vertices.size();
         const std::size_t first_triangle = surface.mesh.triangles.size();
@@ -100,9 +107,12 @@ VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& latt
             if (rule == InsideRule::Auto && solid.cap_is_sure[t - solid.first_cap] != 0) continue;
             const auto& corners = surface.mesh.triangles[first_triangle + t];
             const auto& vertices = surface.mesh.vertices;
-            add_in_pieces(open_caps, {vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]});
+            surface.is_open_cap.resize(first_triangle + t + 1, 0);
+            surface.is_open_cap.back() = 1;
+            add_in_pieces(open_caps, {vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]}, longest);
         }
     }
+    if (!surface.is_open_cap.empty()) surface.is_open_cap.resize(surface.mesh.triangles.size(), 0);
     surface.open_caps = WindingTree(open_caps);
     add_open_blocks(open_caps, surface);
     return surface;
