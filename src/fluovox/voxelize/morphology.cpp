@@ -186,9 +186,12 @@ Morphology build_morphology(MorphologyTree tree, const std::string& name) {
         const double step = length(point.position - parent.position);
         if (step == 0) ++report.zero_lengths;
         if (!soma) report.cable_length += step;
-        const bool leaves_soma = parent.type == kSomaType && !soma;
+        // A cable that leaves the soma, a spine or an axon that leaves a dendrite is as thick at its foot as it is
+        // itself.
+        const bool sprouts = parent.type != point.type && parent.type >= kSomaType && parent.type <= kLastCableType;
+        if (sprouts && point.type == kSpineType) ++report.spines;
         morphology.capsules.push_back(
-            {parent.position, point.position, leaves_soma ? point.radius : parent.radius, point.radius});
+            {parent.position, point.position, sprouts ? point.radius : parent.radius, point.radius});
     }
     morphology.capsules.insert(morphology.capsules.end(), tree.spines.begin(), tree.spines.end());
     return morphology;

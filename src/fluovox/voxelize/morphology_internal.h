@@ -8,7 +8,9 @@
 namespace fluovox {
 
 constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
-constexpr int kSomaType = 1;  // of SWC
+constexpr int kSomaType = 1;       // of SWC
+constexpr int kLastCableType = 4;  // 2 axon, 3 basal and 4 apical dendrite
+constexpr int kSpineType = 5;      // on a cable; an older meaning is a fork, of type 0
 
 struct MorphologyPoint {
     Vec3 position;

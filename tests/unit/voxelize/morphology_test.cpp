@@ -100,6 +100,23 @@ TEST(Morphology, SomaRules) {
     EXPECT_EQ(swc("1 3 0 0 0 1 -1\n2 3 5 0 0 1 1\n").report.soma, "none");
 }
 
+TEST(Morphology, SpinesAndAxonsAreAsThickAtTheirFootAsTheyAre) {
+    const Morphology cell =
+        swc("1 3 0 0 0 2 -1\n2 3 50 0 0 2 1\n3 5 50 3 0 0.3 2\n4 5 50 4 0 0.6 3\n5 2 50 0 9 0.4 2\n");
+    EXPECT_EQ(cell.report.spines, 1U);
+    const auto from_radius = [&](const Vec3& to) {
+        return std::find_if(cell.capsules.begin(), cell.capsules.end(),
+                            [&](const Capsule& c) { return length(c.to - to) < 1e-9; })
+            ->from_radius;
+    };
+    EXPECT_EQ(from_radius({50, 3, 0}), 0.3);
+    EXPECT_EQ(from_radius({50, 4, 0}), 0.3);
+    EXPECT_EQ(from_radius({50, 0, 9}), 0.4);
+    EXPECT_EQ(from_radius({50, 0, 0}), 2);
+    // In older files type 5 is a fork, and nothing sprouts.
+    EXPECT_EQ(swc("1 0 0 0 0 2 -1\n2 5 5 0 0 1 1\n").capsules[0].from_radius, 2);
+}
+
 TEST(Morphology, BrokenFilesAreMendedAndCounted) {
     const Morphology radii = swc("1 3 0 0 0 2 -1\n2 3 5 0 0 0 1\n3 3 9 0 0 -1 2\n");
     EXPECT_EQ(radii.report.mended_radii, 2U);
