@@ -19,7 +19,7 @@ void print_list(bool as_json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const SpecimenInfo& specimen : specimens()) {
         list.push_back({{"name", specimen.name}, {"summary", specimen.summary}});
-        if (!as_json) fmt::print("{:<12} {}\n", specimen.name, specimen.summary);
+        if (!as_json) fmt::print("{:<18} {}\n", specimen.name, specimen.summary);
     }
     if (as_json)
         fmt::print("{}\n", list.dump(2));
@@ -38,7 +38,8 @@ double parse_voxel_size(const CommandLine& line, const std::string& text) try {
 void print_written(const std::vector<std::filesystem::path>& files, const std::filesystem::path& folder,
                    const std::string& name, bool as_json) {
     const std::string scene = (folder / "scene.toml").string();
-    const std::string next = fmt::format("fluovox render {} -o {}", scene, (folder / (name + ".exr")).string());
+    const char* ending = find_specimen(name).is_stack ? ".ome.tif" : ".exr";
+    const std::string next = fmt::format("fluovox render {} -o {}", scene, (folder / (name + ending)).string());
     if (as_json) {
         nlohmann::ordered_json result = {
             {"outputs", nlohmann::ordered_json::array()}, {"scene", scene}, {"next", next}};

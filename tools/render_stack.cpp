@@ -164,9 +164,13 @@ std::string StackJob::work_key() const {
         line_.values().count("value-per-count") > 0 ? line_.values()["value-per-count"].as<double>() : 0.0));
     digest.add(fmt::format("{} ", fmt::join(truth_, ",")));
     digest.add(to_json(scene_.description));
+    // The same grid written again differs in the random identifier that OpenVDB puts behind its version.
+    constexpr std::size_t kIdentifier = 21;
+    constexpr std::size_t kIdentifierBytes = 36;
     std::set<fs::path> files;
     for (const MediumDescription& medium : scene_.description.media) {
-        if (medium.grid && files.insert(medium.grid->file).second) digest.add_file(medium.grid->file);
+        if (medium.grid && files.insert(medium.grid->file).second)
+            digest.add_file(medium.grid->file, kIdentifier, kIdentifierBytes);
     }
     return digest.finish();
 }

@@ -296,6 +296,31 @@ assert np.allclose(e[0, 0, 0], peak * np.exp(-2 * np.clip(0.1 + x / 1000, 0, Non
 assert (e[3, 0, 5, 8:10] < e[0, 0, 5, 8:10]).all()")py");
 }
 
+TEST_F(StackTest, TheSpecimenRendersAndTheSameGridWrittenAgainKeepsTheFinishedStack) {
+    const fs::path volume = fs::path(FLUOVOX_SOURCE_DIR) / "volumes" / "lightsheet-neuron";
+    fs::copy_file(volume / "scene.toml", folder() / "cells.toml");
+    fs::copy_file(volume / "lightsheet-neuron.vdb", folder() / "lightsheet-neuron.vdb");
+    std::vector<std::string> render = {"render",  "cells.toml", "-o",        "d.ome.tif",
+                                       "--truth", "labels",     "--samples", "2"};
+    for (const char* change : {"camera.resolution=[24,24]", "camera.pixel_size=6um", "stack.start=-20um",
+                               "stack.stop=20um", "stack.step=20um"})
+        render.insert(render.end(), {"--set", change});
+    const ProgramResult first = run(render);
+    ASSERT_EQ(first.exit_code, 0) << first.err;
+    EXPECT_TRUE(found("3 planes of 24 x 24 pixels, 2 channels", first.err));
+    std::string grid = read("lightsheet-neuron.vdb");
+    grid[25] = grid[25] == 'a' ? 'b' : 'a';  // in the identifier
+    write("lightsheet-neuron.vdb", grid);
+    EXPECT_TRUE(found("d.ome.tif is finished already", run(render).err));
+    render.insert(render.end(), {"--set", "medium.0.grid.scale=2"});
+    EXPECT_TRUE(found("3 planes", run(render).err));
+    if (!has_readers()) GTEST_SKIP() << "python3 is not installed";
+    python("d-labels.ome.tif");
+    shell(
+        "/usr/bin/python3 -c \"import numpy as np; l = np.load('d-labels.ome.tif.npy'); "
+        "assert set(np.unique(l)) == {0, 1, 2}, np.unique(l)\"");
+}
+
 TEST_F(StackTest, BadInputIsNamedBeforeTheWorkBegins) {
     write_changed("step.toml", "\"10 um\"\n[render]", "\"0 um\"\n[render]");
     write_changed("stop.toml", "stop  = \"30 um\"", "stop  = \"-31 um\"");

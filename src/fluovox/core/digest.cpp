@@ -4,6 +4,7 @@
 
 #include <openssl/evp.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <new>
@@ -29,9 +30,12 @@ void Digest::add(std::string_view bytes) {
     if (EVP_DigestUpdate(state_->context, bytes.data(), bytes.size()) != 1) throw std::bad_alloc();
 }
 
-void Digest::add_file(const std::filesystem::path& path) {
+void Digest::add_file(const std::filesystem::path& path, std::size_t skip_from, std::size_t skipped) {
     std::ifstream in(path, std::ios::binary);
     std::vector<char> block(std::size_t{1} << 20U);
+    in.read(block.data(), static_cast<std::streamsize>(std::min(skip_from, block.size())));
+    add({block.data(), static_cast<std::size_t>(in.gcount())});
+    if (skipped > 0) in.ignore(static_cast<std::streamsize>(skipped));
     while (in) {
         in.read(block.data(), static_cast<std::streamsize>(block.size()));
         add({block.data(), static_cast<std::size_t>(in.gcount())});

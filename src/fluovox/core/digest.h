@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -16,8 +17,8 @@ public:
     Digest& operator=(const Digest&) = delete;
 
     void add(std::string_view bytes);
-    /// The content of a file. Throws InputError where it cannot be read.
-    void add_file(const std::filesystem::path& path);
+    /// The content of a file, but for `skipped` bytes from `skip_from` on. Throws InputError where it cannot be read.
+    void add_file(const std::filesystem::path& path, std::size_t skip_from = 0, std::size_t skipped = 0);
     /// 64 hexadecimal digits; nothing can be added afterwards.
     std::string finish();
 

@@ -31,6 +31,23 @@ Specimen make_neuron(std::uint64_t seed) {
     return neuron;
 }
 
+/// Two cells side by side, each full of another dye.
+Specimen make_cell_pair(std::uint64_t seed) {
+    const Vec3 aside{62, -48, 8};
+    Specimen pair;
+    const auto add = [&](std::uint64_t of_cell, Vec3 shift, const char* file, const char* dye) {
+        Morphology cell = grow_pyramidal_neuron(of_cell);
+        for (MorphologyPoint& point : cell.points)
+            point.position = point.position + shift;
+        pair.bodies.push_back(
+            {file, dye, 20, make_skin(body_of(cell), kSkinResolution_um),
+             fmt::format("Synthetic pyramidal neuron, fluovox {}, seed {}; micrometres.", version(), of_cell)});
+    };
+    add(seed, {}, "green-cell.obj", "EGFP");
+    add(seed + 3, aside, "red-cell.obj", "mCherry");
+    return pair;
+}
+
 Specimen make_beads() {
     constexpr double kRadius_um = 5;
     constexpr double kSpacing_um = 40;
@@ -51,6 +68,8 @@ Specimen make_beads() {
 const std::vector<SpecimenInfo>& specimens() {
     static const std::vector<SpecimenInfo> all = {
         {"neuron", "pyramidal neuron grown from a seed: EGFP in the cell, mCherry in its nucleus, in cortex", 0.7, 8},
+        {"lightsheet-neuron", "two neurons, EGFP and mCherry, in cortex-like tissue: a light-sheet z-stack", 0.8, 8,
+         true},
         {"beads", "27 beads of 10 um with a known amount of EGFP", 0.5, 0},
         {"cuvette-gfp", "cuvette of GFP in a highly scattering solution, excited at 460 nm", 0, 0},
         {"cuvette-rfp", "cuvette of RFP in a highly scattering solution, excited at 520 nm", 0, 0},
@@ -72,7 +91,10 @@ const SpecimenInfo& find_specimen(const std::string& name) {
 
 Specimen make_specimen(const std::string& name, std::uint64_t seed) {
     find_specimen(name);
-    Specimen specimen = name == "neuron" ? make_neuron(seed) : name == "beads" ? make_beads() : Specimen{};
+    Specimen specimen;
+    if (name == "neuron") specimen = make_neuron(seed);
+    if (name == "lightsheet-neuron") specimen = make_cell_pair(seed);
+    if (name == "beads") specimen = make_beads();
     specimen.scene_toml = embedded_text("volumes/" + name + "/scene.toml");
     return specimen;
 }

@@ -14,6 +14,7 @@ struct SpecimenInfo {
     std::string summary;       ///< one line
     double voxel_size_um = 0;  ///< of its grid unless asked otherwise; 0: it has no grid
     std::uint64_t seed = 0;    ///< unless asked otherwise; 0: nothing about it is random
+    bool is_stack = false;     ///< its scene makes a z-stack, and its file has a grid of labels
 };
 
 /// All of them.

@@ -41,6 +41,7 @@ std::vector<fs::path> write_specimen(const std::string& name, const fs::path& fo
         // From the files just written, so that the grid is what `fluovox voxelize` makes of them.
         SpecimenSettings voxelizing;
         voxelizing.voxels.voxel_size_um = settings.voxel_size_um.value_or(info.voxel_size_um);
+        voxelizing.labels = info.is_stack;
         const SpecimenResult filled = voxelize_specimen(groups, voxelizing, progress);
         if (progress.stopped()) return files;
         save_dye_grids(folder / (name + ".vdb"), filled.grids);
