@@ -115,6 +115,7 @@ private:
     StackFormat format_;
     SampleType type_ = SampleType::Float32;
     std::string layer_ = kTotalLayer;
+    std::string estimator_;
     std::set<std::string> truth_;
     int planes_;
     std::size_t plane_pixels_, channels_;
@@ -128,6 +129,7 @@ StackJob::StackJob(const CommandLine& line, const Scene& scene, fs::path output,
       stack_(*scene.description.stack),
       output_(std::move(output)),
       format_(format),
+      estimator_(provenance_of(scene).estimator),
       planes_(plane_count(stack_)),
       plane_pixels_(static_cast<std::size_t>(scene.description.camera.width) *
                     static_cast<std::size_t>(scene.description.camera.height)),
@@ -159,7 +161,7 @@ StackJob::StackJob(const CommandLine& line, const Scene& scene, fs::path output,
 std::string StackJob::work_key() const {
     Digest digest;
     digest.add(fmt::format(
-        "{} {} {} {} {} {} ", version(), chosen_estimator(scene_), layer_, static_cast<int>(format_),
+        "{} {} {} {} {} {} ", version(), estimator_, layer_, static_cast<int>(format_),
         static_cast<int>(type_),
         line_.values().count("value-per-count") > 0 ? line_.values()["value-per-count"].as<double>() : 0.0));
     digest.add(fmt::format("{} ", fmt::join(truth_, ",")));
@@ -407,7 +409,7 @@ void StackJob::report(const PlaneStore* store, double seconds) const {
             {"seconds", seconds},
             {"samples", scene_.description.render.samples},
             {"threads", tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)},
-            {"estimator", chosen_estimator(scene_)},
+            {"estimator", estimator_},
             {"nan_count", nan_count},
             {"bound_violations", bound_violations},
             {"median_relative_error", error},
@@ -428,7 +430,7 @@ void StackJob::report(const PlaneStore* store, double seconds) const {
                    "{} planes of {} x {} pixels, {} channels, {} samples each, estimator {}, {:.1f} s; median relative "
                    "error {:.3g} %, in the brightest tenth {:.3g} %\n",
                    images(), scene_.description.camera.width, scene_.description.camera.height, channels_,
-                   scene_.description.render.samples, chosen_estimator(scene_), seconds, 100 * error,
+                   scene_.description.render.samples, estimator_, seconds, 100 * error,
                    100 * bright_error);
     }
     fmt::print(stderr, "Open with {}\n", how_to_open(format_));

@@ -63,6 +63,7 @@ start = "-30 um"
 stop  = "30 um"
 step  = "10 um"
 [render]
+estimator = "path"
 samples = 16
 )";
 
