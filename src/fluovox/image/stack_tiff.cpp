@@ -117,7 +117,8 @@ StackFile::StackFile(const fs::path& path) : path_(path) {
         throw InputError(fmt::format("{}: {}", path.string(),
                                      fs::exists(path, ignored) ? "is no .ome.tif file" : "there is no such file"));
     }
-    tiff_ = std::make_shared<Tiff>(Tiff{TiffFile(path, "r"), {}});
+    // "c": the one strip of a page is not chopped into many.
+    tiff_ = std::make_shared<Tiff>(Tiff{TiffFile(path, "rc"), {}});
     const auto fail = [&](const std::string& why) { throw InputError(fmt::format("{}: {}", path.string(), why)); };
     if (!tiff_->file.is_open()) fail("is no TIFF file, or damaged");
     const char* description = nullptr;
