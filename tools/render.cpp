@@ -44,19 +44,30 @@ std::vector<std::string> overrides(const CommandLine& line) {
     return keys;
 }
 
-/// Median over the pixels that have light of the relative standard error of their brightness (the mean over channels of
-/// the layer that previews show).
-double median_relative_error(const RenderedImage& image) {
+struct RelativeErrors {
+    double all = 0, brightest = 0;
+};
+
+/// Medians of the relative standard error of brightness (the mean over channels of the layer that previews show), over
+/// the pixels that have light and over the brightest tenth of all.
+RelativeErrors median_relative_errors(const RenderedImage& image) {
     const int layer = image.display_layer();
-    std::vector<double> errors;
+    std::vector<std::pair<double, double>> pixels;  // brightness, error
     for (std::size_t p = 0; p < image.pixels(); ++p) {
         const double mean = image.mean_of_all(layer, p);
-        if (mean > 0) errors.push_back(std::sqrt(image.variance_of_all(layer, p)) / mean);
+        if (mean > 0) pixels.emplace_back(mean, std::sqrt(image.variance_of_all(layer, p)) / mean);
     }
-    if (errors.empty()) return 0;
-    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-    std::nth_element(errors.begin(), middle, errors.end());
-    return *middle;
+    std::sort(pixels.begin(), pixels.end(), std::greater<>());
+    const auto median_of = [&](std::size_t count) {
+        std::vector<double> errors;
+        for (std::size_t p = 0; p < std::min(count, pixels.size()); ++p)
+            errors.push_back(pixels[p].second);
+        if (errors.empty()) return 0.0;
+        const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+        std::nth_element(errors.begin(), middle, errors.end());
+        return *middle;
+    };
+    return {median_of(pixels.size()), median_of(std::max<std::size_t>(1, image.pixels() / 10))};
 }
 
 }  // namespace
@@ -130,7 +141,7 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     if (image.bound_violations > 0)
         warn(line.common(), fmt::format("{} bounds were exceeded: the image is biased", image.bound_violations));
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const double error = median_relative_error(image);
+    const RelativeErrors error = median_relative_errors(image);
     if (line.common().json) {
         const nlohmann::ordered_json json = {
             {"outputs", {output.string(), preview.string()}},
@@ -140,7 +151,8 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
             {"estimator", provenance.estimator},
             {"nan_count", image.nan_count},
             {"bound_violations", image.bound_violations},
-            {"median_relative_error", error},
+            {"median_relative_error", error.all},
+            {"median_relative_error_of_brightest_tenth", error.brightest},
             {"real_collisions", result.counts.real_collisions},
             {"null_collisions", result.counts.null_collisions},
             {"grid_lookups", result.counts.grid_lookups},
@@ -150,9 +162,12 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     } else {
         fmt::print("{}\n{}\n", output.string(), preview.string());
         if (!line.common().quiet) {
-            fmt::print(stderr,
-                       "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {:.3g} %\n",
-                       image.width, image.height, provenance.samples, provenance.estimator, seconds, 100 * error);
+            fmt::print(
+                stderr,
+                "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {:.3g} %, {:.3g} % "
+                "in the brightest tenth\n",
+                image.width, image.height, provenance.samples, provenance.estimator, seconds, 100 * error.all,
+                100 * error.brightest);
         }
     }
     return ExitCode::Ok;

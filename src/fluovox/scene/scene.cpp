@@ -99,9 +99,10 @@ std::vector<int> replaced_by(const std::vector<MediumDescription>& media, std::s
 
 void require_available(const SceneDescription& description) {
     const std::string& estimator = description.render.estimator;
-    if (estimator != "auto" && estimator != "path" && estimator != "light") {
-        throw SceneError(description.render.where,
-                         fmt::format("estimator \"{}\" is not available yet; \"path\" and \"light\" are", estimator));
+    if (estimator != "auto" && estimator != "path" && estimator != "light" && estimator != "cached") {
+        throw SceneError(
+            description.render.where,
+            fmt::format("estimator \"{}\" is not available yet; \"path\", \"light\" and \"cached\" are", estimator));
     }
 }
 

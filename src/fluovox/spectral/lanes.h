@@ -55,6 +55,11 @@ constexpr Lanes operator+(Lanes a, const Lanes& b) {
     return a += b;
 }
 
+/// Mean of the first `count` lanes; the others must be zero.
+constexpr double mean_of(const Lanes& lanes, int count) {
+    return lanes.sum() / count;
+}
+
 /// exp(-depth) in the first `count` lanes, to 4e-16 of its value; 0 beyond 708, and in the other lanes. The same bytes
 /// on every machine, and a few times faster than a call per lane. Depths may be infinite, not NaN.
 Lanes exp_minus(const Lanes& depth, int count);

@@ -36,6 +36,12 @@ public:
     /// How strongly a dye at 1 umol/L is excited by all lights together, times its yield: only for choosing.
     double strength(int dye) const { return strength_[static_cast<std::size_t>(dye)]; }
 
+    /// Photons per second that a dye at 1 umol/L would take of a fluence of one per um^2 and photon of this light, per
+    /// um.
+    double uptake(int light, int dye) const {
+        return of_light_[static_cast<std::size_t>(light)][static_cast<std::size_t>(dye)].total;
+    }
+
     /// Draws an excitation for a mixture of dyes; `weights` of each dye (concentration x yield).
     /// Nothing when no light excites any of them.
     std::optional<Excitation> sample(const std::vector<double>& weights, Rng& rng) const;

@@ -41,6 +41,15 @@ TrackingCounts& TrackingCounts::operator+=(const TrackingCounts& other) {
     return *this;
 }
 
+double hero_depth(const std::vector<MediumSpan>& spans, const PathOptics& optics, double end_um) {
+    double depth = 0;
+    for (const MediumSpan& s : spans) {
+        const double inside = length_before(s.span, end_um);
+        if (inside > 0) depth += inside * optics.media[static_cast<std::size_t>(s.medium)].extinction[0];
+    }
+    return depth;
+}
+
 OpticalField::OpticalField(const Scene& scene) : scene_(&scene) {
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
         (scene.media[i].grid ? gridded_ : constant_).push_back(static_cast<int>(i));
@@ -265,7 +274,7 @@ Lanes OpticalField::scattering_density(const Ray& ray, double t_um, const std::v
     return coefficient * exp_minus(depth, optics.wavelengths.count);
 }
 
-bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,
+bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, bool with_grids,
                                   std::vector<double>& uM, Rng& rng) {
     uM.assign(scene_->media.size(), 0);
     bool any = false;
@@ -275,6 +284,7 @@ bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector
         uM[static_cast<std::size_t>(s.medium)] = medium.amount;
         any = any || medium.amount > 0;
     }
+    if (!with_grids) return any;
     for (const int g : gridded_) {
         const SceneMedium& medium = scene_->media[static_cast<std::size_t>(g)];
         if (medium.dye < 0) continue;

@@ -50,6 +50,9 @@ struct Scattering {
     int medium = 0;
 };
 
+/// Optical depth of constant media from a ray's origin to `end_um`, at the hero wavelength.
+double hero_depth(const std::vector<MediumSpan>& spans, const PathOptics& optics, double end_um);
+
 /// The media of a scene along rays: constant ones are handled analytically, grids by tracking against their bounds.
 /// One per thread, since it counts what it does.
 class OpticalField {
@@ -84,8 +87,12 @@ public:
                              const PathOptics& optics) const;
 
     /// Concentrations (umol/L) of each medium that is a dye at a point of a ray; false when there is none.
-    bool concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, std::vector<double>& uM,
-                        Rng& rng);
+    /// `with_grids`: false leaves out those that vary in space.
+    bool concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, bool with_grids,
+                        std::vector<double>& uM, Rng& rng);
+
+    /// One stochastic tap of a grid where it is at most `bound`, counted.
+    double tap(const SparseGrid& grid, Vec3 index_position, double bound, Rng& rng);
 
     /// The part of the ray beyond which there is no medium at all.
     Interval reach(const Ray& ray, const std::vector<MediumSpan>& spans) const;
@@ -98,7 +105,6 @@ private:
                      Rng& rng, Lanes& transmittance);
     void delta_track(int medium, const Ray& ray, const PathOptics& optics, Rng& rng, std::optional<Scattering>& nearest,
                      Lanes& likeness);
-    double tap(const SparseGrid& grid, Vec3 index_position, double bound, Rng& rng);
 
     const Scene* scene_;
     std::vector<int> constant_, gridded_;  // indices of media

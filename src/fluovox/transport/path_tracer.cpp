@@ -11,10 +11,6 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-double mean(const Lanes& lanes, int count) {
-    return lanes.sum() / count;
-}
-
 // Cosine between the flight of light before and after it is scattered towards the camera along `ray`:
 // light flies against `to_light` and then against the ray.
 double scattering_cosine(Vec3 to_light, Vec3 ray_direction) {
@@ -30,8 +26,9 @@ Lanes PathRadiance::converted() const {
     return total;
 }
 
-PathTracer::PathTracer(const Scene& scene, const Illumination& illumination)
-    : scene_(&scene), illumination_(&illumination), field_(scene) {
+PathTracer::PathTracer(const Scene& scene, const Illumination& illumination, const ExcitationCache* cache)
+    : scene_(&scene), illumination_(&illumination), cache_(cache), field_(scene) {
+    if (cache != nullptr) sight_.emplace(scene, illumination, *cache);
     for (const Illumination::Line& line : illumination.lines()) {
         Wavelengths one;
         one.count = 1;
@@ -96,7 +93,8 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
     for (int k = 0; k < count; ++k)
         path.beta[k] = path.density[k] = 1;
     double pdf_per_sr = task.pdf_start_per_sr;
-    Drawn later, any;  // stretches to convert on: all but the first; all
+    Drawn<Stretch> later, any;  // stretches to convert on: all but the first; all
+    Drawn<Glow> later_in_sight;
 
     for (int vertex = 0;; ++vertex) {
         field_.gather(path.ray, here.spans);
@@ -105,8 +103,9 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         if (wants_light) add_rectangles(path, task, pdf_per_sr, here, rng, result);
         if (wants_light && path.scatterings > 0) add_scattered_once(path, task, here, rng, result);
         if (converts) {
-            here.sources.build(field_, here.brightness, path.ray, here.spans, optics);
-            const double weight = mean(path.beta, count) * here.sources.total();
+            if (sight_) convert_in_sight(path, here, task, vertex == 0, later_in_sight, rng, result);
+            here.sources.build(field_, here.brightness, path.ray, here.spans, optics, !sight_);
+            const double weight = mean_of(path.beta, count) * here.sources.total();
             if (vertex == 0) {
                 convert(path, task, depth, rng, result);
             } else {
@@ -120,10 +119,11 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         // The density of vertices for the weight below is that before this stretch's own outcome.
         const double density =
             scattering && wants_light
-                ? mean(path.density * field_.scattering_density(path.ray, scattering->t_um, here.spans, optics), count)
+                ? mean_of(path.density * field_.scattering_density(path.ray, scattering->t_um, here.spans, optics),
+                          count)
                 : 0;
         path.density *= likeness;
-        const double mean_density = mean(path.density, count);
+        const double mean_density = mean_of(path.density, count);
         path.beta = (1 / mean_density) * (path.beta * likeness);
         path.density *= 1 / mean_density;
 
@@ -148,25 +148,23 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         path.ray = {path.ray.at(scattering->t_um), turned(path.ray.direction, cosine, rng.uniform())};
     }
 
-    if (revisit(later, task, here)) convert(later.stretch, task, depth, rng, result);
-    if (revisit(any, task, here)) convert_again(any.stretch, task, depth, rng, result);
-}
-
-void PathTracer::Drawn::offer(const Stretch& candidate, double candidate_weight, Rng& rng) {
-    if (!(candidate_weight > 0)) return;
-    all += candidate_weight;
-    if (rng.uniform() * all >= candidate_weight) return;
-    stretch = candidate;
-    weight = candidate_weight;
+    if (later_in_sight.weight > 0) {
+        Glow& glow = later_in_sight.item;
+        glow.stretch.beta *= later_in_sight.all / later_in_sight.weight;
+        field_.gather(glow.stretch.ray, here.spans);
+        add_glow_of(glow, task, here, rng, result);
+    }
+    if (revisit(later, task, here)) convert(later.item, task, depth, rng, result);
+    if (revisit(any, task, here)) convert_again(any.item, task, depth, rng, result);
 }
 
 // Gets the level ready for the stretch that was drawn; false when there is none.
-bool PathTracer::revisit(Drawn& drawn, const PathTask& task, Level& level) {
+bool PathTracer::revisit(Drawn<Stretch>& drawn, const PathTask& task, Level& level) {
     if (!(drawn.weight > 0)) return false;
-    drawn.stretch.beta *= drawn.all / drawn.weight;
-    field_.gather(drawn.stretch.ray, level.spans);
-    find_lit_sections(drawn.stretch.ray, nullptr, level);
-    level.sources.build(field_, level.brightness, drawn.stretch.ray, level.spans, *task.optics);
+    drawn.item.beta *= drawn.all / drawn.weight;
+    field_.gather(drawn.item.ray, level.spans);
+    find_lit_sections(drawn.item.ray, nullptr, level);
+    level.sources.build(field_, level.brightness, drawn.item.ray, level.spans, *task.optics, !sight_);
     return true;
 }
 
@@ -248,7 +246,7 @@ void PathTracer::add_scattered_once(const Stretch& path, const PathTask& task, L
     }
     if (scattered.max() <= 0) return;
     const double other =
-        mean(path.density * field_.scattering_density(path.ray, t, level.spans, optics), optics.wavelengths.count);
+        mean_of(path.density * field_.scattering_density(path.ray, t, level.spans, optics), optics.wavelengths.count);
     const Lanes seen = field_.transmittance(path.ray, level.spans, t, optics, Loss::Extinction, rng) *
                        transmittance_to_light(position, *light, optics, level, rng) * path.beta;
     result.elastic += (light->fluence_per_um2 / (own + other)) * (seen * scattered * task.light_photons[*chosen]);

@@ -5,8 +5,10 @@
 #include "fluovox/optics/light_sampling.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/spectral/lanes.h"
+#include "fluovox/transport/excitation_cache.h"
 #include "fluovox/transport/illumination.h"
 #include "fluovox/transport/optical_field.h"
+#include "fluovox/transport/sight_line.h"
 #include "fluovox/transport/source_table.h"
 
 #include <limits>
@@ -48,7 +50,9 @@ struct PathTask {
 /// Several emission wavelengths share a path by spectral multiple importance sampling (Wilkie et al. 2014).
 class PathTracer {
 public:
-    PathTracer(const Scene& scene, const Illumination& illumination);
+    /// `cache`: where the light that excites dyes comes from, but for that straight from the lights; nothing: paths go
+    /// on from where they find dye.
+    PathTracer(const Scene& scene, const Illumination& illumination, const ExcitationCache* cache = nullptr);
 
     /// One unbiased estimate of the radiance that arrives at the origin of `ray` from its direction.
     void estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRadiance& result);
@@ -81,17 +85,30 @@ private:
         int scatterings = 0;  // still allowed
     };
 
-    // One of the stretches of a path, drawn in proportion to the weights they come with (Chao, Biometrika 69 (1982)
-    // 653).
-    struct Drawn {
+    // A place where dye in a grid may glow, on one of the stretches.
+    struct Glow {
         Stretch stretch;
+        SightLine::Place place;
+        double of_all = 0;  // share that the place has in what its stretch sees
+    };
+
+    // One of many, drawn in proportion to the weights they come with (Chao, Biometrika 69 (1982) 653).
+    template <class T>
+    struct Drawn {
+        T item;
         double weight = 0, all = 0;  // of this one; of all that were offered
 
-        void offer(const Stretch& candidate, double candidate_weight, Rng& rng);
+        void offer(const T& candidate, double candidate_weight, Rng& rng) {
+            if (!(candidate_weight > 0)) return;
+            all += candidate_weight;
+            if (rng.uniform() * all >= candidate_weight) return;
+            item = candidate;
+            weight = candidate_weight;
+        }
     };
 
     void trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
-    bool revisit(Drawn& drawn, const PathTask& task, Level& level);
+    bool revisit(Drawn<Stretch>& drawn, const PathTask& task, Level& level);
 
     void find_lit_sections(const Ray& ray, const PathTask* task, Level& level) const;
     double lit_pdf(const Level& level, std::size_t light, double t_um) const;
@@ -117,6 +134,12 @@ private:
                           PathRadiance& result);
     void excite_by_dyes(const Stretch& path, double t_um, const PathTask& task, const Lanes& weight, std::size_t depth,
                         Rng& rng, PathRadiance& result);
+    void convert_in_sight(const Stretch& path, Level& level, const PathTask& task, bool first, Drawn<Glow>& later,
+                          Rng& rng, PathRadiance& result);
+    void add_glow_of(const Glow& glow, const PathTask& task, Level& level, Rng& rng, PathRadiance& result);
+    double cached_rate(const Stretch& path, std::size_t medium, Vec3 position) const;
+    void excite_from_cache(const Stretch& path, double t_um, const Lanes& weight, const Level& level,
+                           PathRadiance& result);
     bool find_dye(const Stretch& path, double t_um, Level& level, Rng& rng);
     double direct_fluence(Vec3 position, std::size_t light, const Excitation& excitation, const PathOptics& optics,
                           Level& level, Rng& rng);
@@ -129,6 +152,7 @@ private:
 
     const Scene* scene_;
     const Illumination* illumination_;
+    const ExcitationCache* cache_;
     OpticalField field_;
     std::vector<PathOptics> line_optics_;
     std::vector<std::vector<Spectrum>> dye_to_dye_;  // [absorber][emitter]: emission x absorption, to draw from
@@ -139,7 +163,8 @@ private:
         double g = 0;
     };
     std::vector<Lobe> lobes_;
-    bool has_far_lights_ = false;  // lights that a ray can run into: uniform or rectangle
+    std::optional<SightLine> sight_;  // with a cache: the dyes in grids
+    bool has_far_lights_ = false;     // lights that a ray can run into: uniform or rectangle
     std::vector<std::unique_ptr<Level>> levels_;
 };
 

@@ -4,9 +4,12 @@
 #include "fluovox/transport/endless.h"
 #include "fluovox/transport/film_response.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace fluovox {
@@ -66,30 +69,53 @@ std::vector<double> path_wavelengths_nm(const Scene& scene) {
 
 }  // namespace
 
-void require_samplable_by_path(const Scene& scene) {
+namespace {
+
+// What paths from the camera can show of light that was not converted.
+void require_lights_shown_by_path(const Scene& scene, bool all_wavelengths) {
     const FilmResponse film(scene.description.film, scene.description.render.filter);
+    const std::string estimator = all_wavelengths ? "path" : "cached";
     for (const LightDescription& light : scene.description.lights) {
-        if (is_pencil(light.light)) {
+        const bool seen = film_sees(film, light.light.spectrum);
+        if (is_pencil(light.light) && (seen || all_wavelengths)) {
             throw SceneError(light.where,
-                             "the estimator \"path\" cannot meet a light without width; give it one, or use the "
-                             "estimator \"light\", which traces from the lights");
+                             fmt::format("the estimator \"{}\" cannot show a light without width; give it "
+                                         "one, {}or use the estimator \"light\", which traces from the "
+                                         "lights",
+                                         estimator, all_wavelengths ? "" : "block its wavelength (render.filter), "));
         }
         const auto shaft = shaft_of(light.light);
-        if (shaft && film_sees(film, light.light.spectrum) && shines_into(*shaft, scene.description.camera)) {
-            throw SceneError(
-                light.where,
-                "this light shines straight into the camera, which the estimator \"path\" cannot show; turn "
-                "one of them, block its wavelength (render.filter), or use the estimator \"light\"");
+        if (shaft && seen && shines_into(*shaft, scene.description.camera)) {
+            throw SceneError(light.where,
+                             fmt::format("this light shines straight into the camera, which the estimator \"{}\" "
+                                         "cannot show; turn one of them, block its wavelength (render.filter), or use "
+                                         "the estimator \"light\"",
+                                         estimator));
         }
     }
+}
+
+void require_no_refraction(const Scene& scene, const char* estimator, const char* why) {
     for (const MediumDescription& medium : scene.description.media) {
-        if (medium.refractive_index) {
-            throw SceneError(medium.where,
-                             "the estimator \"path\" goes straight to lights and cannot find the way through a "
-                             "refracting surface; leave refractive_index out, or use fluovox fluence, which follows "
-                             "photons from the lights");
-        }
+        if (!medium.refractive_index) continue;
+        throw SceneError(medium.where, fmt::format("the estimator \"{}\" {} and cannot find the way through a "
+                                                   "refracting surface; leave refractive_index out, or use fluovox "
+                                                   "fluence, which follows photons from the lights",
+                                                   estimator, why));
     }
+}
+
+}  // namespace
+
+void require_samplable_by_path(const Scene& scene) {
+    require_lights_shown_by_path(scene, true);
+    require_no_refraction(scene, "path", "goes straight to lights");
+    require_an_end(scene, path_wavelengths_nm(scene));
+}
+
+void require_samplable_with_cache(const Scene& scene) {
+    require_lights_shown_by_path(scene, false);
+    require_no_refraction(scene, "cached", "gathers along straight lines from the camera");
     require_an_end(scene, path_wavelengths_nm(scene));
 }
 

@@ -9,4 +9,7 @@ namespace fluovox {
 /// medium that light would never leave.
 void require_samplable_by_path(const Scene& scene);
 
+/// The same where photons from the lights excite the dyes: only light that the film sees unconverted must be found.
+void require_samplable_with_cache(const Scene& scene);
+
 }  // namespace fluovox

@@ -11,15 +11,6 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-double constant_depth(const std::vector<MediumSpan>& spans, const PathOptics& optics, double end_um) {
-    double depth = 0;
-    for (const MediumSpan& s : spans) {
-        const double inside = std::max(0.0, std::min(s.span.end, end_um) - s.span.begin);
-        if (inside > 0) depth += inside * optics.media[static_cast<std::size_t>(s.medium)].extinction[0];
-    }
-    return depth;
-}
-
 double constant_extinction(const std::vector<MediumSpan>& spans, const PathOptics& optics, double t_um) {
     double total = 0;
     for (const MediumSpan& s : spans) {
@@ -54,9 +45,9 @@ void SourceTable::add_constant(Interval span, double strength, const std::vector
                                const PathOptics& optics) {
     Piece piece;
     piece.span = span;
-    const double depth = constant_depth(spans, optics, span.begin);
+    const double depth = hero_depth(spans, optics, span.begin);
     if (std::isfinite(span.end)) {
-        piece.fall = (constant_depth(spans, optics, span.end) - depth) / span.length();
+        piece.fall = (hero_depth(spans, optics, span.end) - depth) / span.length();
     } else {  // any positive number makes a density
         piece.fall = std::max(constant_extinction(spans, optics, span.begin + 1), 1e-4);
     }
@@ -76,8 +67,8 @@ void SourceTable::add_grid(const SparseGrid& grid, double per_uM, const Ray& ray
     double light = 1;
     while (walk.next(segment)) {
         const Interval span{segment.begin, segment.end};
-        const double end_depth = std::isfinite(span.end) ? constant_depth(spans, optics, span.end) : kFar;
-        const double begin_depth = constant_depth(spans, optics, span.begin);
+        const double end_depth = std::isfinite(span.end) ? hero_depth(spans, optics, span.end) : kFar;
+        const double begin_depth = hero_depth(spans, optics, span.begin);
         if (!(end_depth - begin_depth < kThin)) {
             add_constant(span, per_uM * segment.bound, spans, optics);
             continue;
@@ -89,7 +80,7 @@ void SourceTable::add_grid(const SparseGrid& grid, double per_uM, const Ray& ray
 }
 
 void SourceTable::build(const OpticalField& field, const std::vector<double>& brightness, const Ray& ray,
-                        const std::vector<MediumSpan>& spans, const PathOptics& optics) {
+                        const std::vector<MediumSpan>& spans, const PathOptics& optics, bool with_grids) {
     pieces_.clear();
     total_ = 0;
     const Scene& scene = field.scene();
@@ -98,6 +89,7 @@ void SourceTable::build(const OpticalField& field, const std::vector<double>& br
         if (medium.dye < 0) continue;
         add_constant(s.span, medium.amount * brightness[static_cast<std::size_t>(medium.dye)], spans, optics);
     }
+    if (!with_grids) return;
     for (const SceneMedium& medium : scene.media) {
         if (medium.dye < 0 || !medium.grid) continue;
         const double per_uM = medium.amount * brightness[static_cast<std::size_t>(medium.dye)];

@@ -198,6 +198,15 @@ void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, dou
     }
 }
 
+double VoxelTally::at(Vec3 position_um, int field) const {
+    const Vec3 p = index_from_world_.point(position_um) + Vec3{0.5, 0.5, 0.5};
+    const std::int64_t voxel =
+        slot(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)), static_cast<int>(std::floor(p.z)));
+    if (voxel < 0) return 0;
+    const std::size_t i = static_cast<std::size_t>(field) * per_field_ + static_cast<std::size_t>(voxel);
+    return static_cast<double>(sums_[i].load(std::memory_order_relaxed)) / units_;
+}
+
 BrickField VoxelTally::field(int field, double factor) const {
     BrickField result;
     result.world_from_index = lattice_.world_from_index;

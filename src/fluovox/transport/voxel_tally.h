@@ -45,6 +45,8 @@ public:
     /// Something that happened at one place.
     void add_point(Vec3 position_um, int field, double amount, Rng& rng);
 
+    /// The sum of one field in the voxel of a position; 0 beside all voxels. Not while others add to it.
+    double at(Vec3 position_um, int field) const;
     /// The sums of one field times `factor`.
     BrickField field(int field, double factor) const;
     double voxel_volume_um3() const { return volume_; }

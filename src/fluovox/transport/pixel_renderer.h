@@ -1,0 +1,53 @@
+#pragma once
+
+#include "fluovox/core/rng.h"
+#include "fluovox/optics/camera_ray.h"
+#include "fluovox/scene/scene.h"
+#include "fluovox/transport/film_response.h"
+#include "fluovox/transport/path_tracer.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace fluovox {
+
+/// Samples of the pixels of a film, by paths from the camera. What it has of its own is scratch space, so one per
+/// thread.
+class PixelRenderer {
+public:
+    /// `cache`: as for PathTracer.
+    PixelRenderer(const Scene& scene, const Illumination& illumination, const ExcitationCache* cache = nullptr);
+
+    /// One sample of a pixel (row x width + column) with the random numbers of number `sample`: a value for each layer
+    /// and channel, in the order of Film::add. Holds until the next call.
+    std::span<const double> sample(int pixel, std::int64_t sample);
+
+    const TrackingCounts& counts() { return tracer_.field().counts(); }
+
+private:
+    void add_continuum(const Ray& ray, Rng& rng);
+    void add_line(const Ray& ray, Rng& rng);
+
+    // Layers are total, elastic, fluorescence, dyes; without dyes there is only the total.
+    static constexpr std::size_t kElastic = 1, kFluorescence = 2, kFirstDye = 3;
+    std::size_t elastic_layer() const { return scene_->dyes.empty() ? 0 : kElastic; }
+    std::span<double> layer(std::size_t index) { return {values_.data() + index * channels_, channels_}; }
+    void split_layers();
+
+    const Scene* scene_;
+    PathTracer tracer_;
+    CameraRays camera_;
+    FilmResponse response_;
+    int orders_;
+    bool dyes_seen_;
+    std::size_t channels_, layers_;
+    int scatterings_ = 0;
+    std::vector<std::size_t> visible_lines_;
+    std::vector<double> values_;
+    PathOptics optics_;
+    PathTask task_;
+    PathRadiance radiance_;
+};
+
+}  // namespace fluovox

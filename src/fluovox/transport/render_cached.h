@@ -1,0 +1,18 @@
+#pragma once
+
+#include "fluovox/core/progress.h"
+#include "fluovox/scene/scene.h"
+#include "fluovox/transport/render.h"
+
+namespace fluovox {
+
+/// The estimator "cached": photons from the lights leave what they could excite in an ExcitationCache; then paths from
+/// the camera gather it, at any wavelengths, together with what light straight from the lights excites at the points
+/// themselves. Biased by the size of the cache's voxels only, which a scattered light's slow change hardly notices.
+///
+/// All samples of an image would share the noise of one cache, so the whole is done in independent batches of both
+/// passes: the film has one sample per batch, the mean of its paths, and its error bars tell all noise there is.
+/// Throws SceneError where a camera path or the cache cannot sample what the scene asks for.
+RenderResult render_from_cache(const Scene& scene, Progress& progress);
+
+}  // namespace fluovox

@@ -1,0 +1,165 @@
+// Excitation kept by voxel gives the image that the unbiased estimators give.
+
+#include "fluovox/transport/excitation_cache.h"
+#include "fluovox/transport/render.h"
+
+#include "scene_kit.h"
+#include "statistics.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace fluovox {
+namespace {
+
+using testing::dye_in;
+using testing::flat_dye;
+using testing::host;
+using testing::laser;
+using testing::RunningMean;
+
+constexpr int kFluorescence = 2;
+
+Light sheet_of(double thickness_um) {
+    SheetLight sheet;
+    sheet.position = sheet.waist = {-10, 50, 50};
+    sheet.direction = {1, 0, 0};
+    sheet.normal = {0, 0, 1};
+    sheet.width_um = 80;
+    sheet.thickness_um = thickness_um;
+    return laser(sheet, 488, 1e-3);
+}
+
+/// Concentrations that change from voxel to voxel, 2 um apart, in a ball.
+SparseGrid blobs() {
+    Affine world_from_index;
+    for (int axis = 0; axis < 3; ++axis)
+        world_from_index.rows[static_cast<std::size_t>(axis)] =
+            2.0 * world_from_index.rows[static_cast<std::size_t>(axis)];
+    return SparseGrid::from_function({5, 5, 5}, {45, 45, 45}, world_from_index, [](Voxel v) {
+        const double distance = std::hypot(v.x - 25, v.y - 25, v.z - 25);
+        return distance < 18 ? 1 + 0.9 * std::sin(v.x) * std::cos(2 * v.y) : 0.0;
+    });
+}
+
+Scene in_tissue(SceneMedium dye, Light light) {
+    Scene scene;
+    scene.media = {host(BoxRegion{{0, 0, 0}, {100, 100, 100}}, 0.04, 0.001, 0.8), std::move(dye)};
+    scene.dyes = {flat_dye(0.01, 400, 500, 520, 600, 0.8)};
+    scene.lights = {std::move(light)};
+    SceneDescription& description = scene.description;
+    description.camera = testing::one_pixel({50, 50, 200}, {50, 50, 60}, {0, 1, 0}, 90, 0.2);
+    description.camera.width = description.camera.height = 4;
+    description.film = testing::spectrometer(510, 610, 2);
+    description.render.photons = 20000;
+    return scene;
+}
+
+Film image(Scene scene, const char* estimator, int samples, std::uint64_t seed = 1) {
+    scene.description.render.estimator = estimator;
+    scene.description.render.samples = samples;
+    scene.description.render.seed = seed;
+    NoProgress progress;
+    return render(scene, progress).film;
+}
+
+double total(const Film& film) {
+    double sum = 0;
+    for (int pixel = 0; pixel < film.pixels(); ++pixel)
+        sum += film.mean_of_all(kFluorescence, pixel);
+    return sum;
+}
+
+/// Standard errors between the totals of two estimators, from renders with seeds of their own: whatever the pixels of
+/// one render share is in the spread.
+double z_of_totals(const Scene& scene, const char* estimator, int samples, double factor = 1) {
+    RunningMean cached;
+    RunningMean other;
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        cached.add(factor * total(image(scene, "cached", 600, seed)));
+        other.add(total(image(scene, estimator, samples, 100 + seed)));
+    }
+    const double variance = std::pow(cached.standard_error(), 2) + std::pow(other.standard_error(), 2);
+    EXPECT_LT(std::sqrt(variance), 0.04 * other.mean) << "too noisy to tell anything";
+    return (cached.mean - other.mean) / std::sqrt(variance);
+}
+
+TEST(CachedEstimator, HasTheTotalsOfTheEstimatorsWithoutACache) {
+    const Scene on_grid = in_tissue(dye_in(blobs(), 0), sheet_of(20));
+    EXPECT_LT(std::abs(z_of_totals(on_grid, "path", 500)), 5);
+    EXPECT_LT(std::abs(z_of_totals(on_grid, "light", 1000)), 5);
+    EXPECT_GT(std::abs(z_of_totals(on_grid, "light", 1000, 1.08)), 5) << "8 % too much is found out";
+
+    const Scene in_ball = in_tissue(dye_in(SphereRegion{{50, 50, 50}, 40}, 0, 1), sheet_of(20));
+    EXPECT_LT(std::abs(z_of_totals(in_ball, "light", 1000)), 5);
+}
+
+TEST(CachedEstimator, KeepsTheGlowOfOtherDyes) {
+    Scene scene = in_tissue(dye_in(blobs(), 0), sheet_of(20));
+    scene.dyes.push_back(flat_dye(0.02, 515, 605, 650, 700, 0.5));
+    scene.media.push_back(dye_in(BoxRegion{{0, 0, 0}, {100, 100, 60}}, 1, 1));
+    scene.description.film = testing::spectrometer(640, 710, 2);  // sees the second dye only
+    scene.description.render.fluorescence_orders = 2;
+    EXPECT_LT(std::abs(z_of_totals(scene, "light", 2000)), 5);
+    scene.description.render.fluorescence_orders = 1;
+    EXPECT_EQ(total(image(scene, "cached", 4)), 0) << "one conversion does not get there";
+}
+
+TEST(CachedEstimator, CachesTheLightThatNoPathFinds) {
+    const SceneMedium dye = dye_in(blobs(), 0);
+    BeamLight pencil;
+    pencil.position = pencil.waist = {-10, 51, 50};
+    pencil.direction = {1, 0, 0};
+    EXPECT_LT(std::abs(z_of_totals(in_tissue(dye, laser(pencil, 488, 1e-3)), "light", 1000)), 5);
+
+    Light surround = laser(UniformLight{1e3}, 488, 0);
+    EXPECT_LT(std::abs(z_of_totals(in_tissue(dye, surround), "path", 500)), 5);
+}
+
+TEST(CachedEstimator, ItsErrorBarsTellTheNoiseThatPixelsShare) {
+    const Scene scene = in_tissue(dye_in(blobs(), 0), sheet_of(20));
+    RunningMean values;
+    double told = 0;
+    constexpr int kRenders = 30;
+    for (std::uint64_t seed = 1; seed <= kRenders; ++seed) {
+        Scene few = scene;
+        few.description.render.photons = 3200;  // the cache is the noisiest part
+        const Film film = image(few, "cached", 320, seed);
+        values.add(film.mean_of_all(kFluorescence, 5));
+        told += film.variance_of_mean_of_all(kFluorescence, 5) / kRenders;
+    }
+    // A variance from 30 renders is known to 26 %; one bar that missed the cache's noise would be far off.
+    const double spread = kRenders * std::pow(values.standard_error(), 2);
+    EXPECT_GT(told / spread, 0.4);
+    EXPECT_LT(told / spread, 2.5);
+}
+
+TEST(CachedEstimator, SameSeedGivesTheSameFilmForAnyNumberOfThreads) {
+    const auto with_threads = [](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        return image(in_tissue(dye_in(blobs(), 0), sheet_of(20)), "cached", 8);
+    };
+    const Film one = with_threads(1);
+    const Film three = with_threads(3);
+    for (int pixel = 0; pixel < one.pixels(); ++pixel) {
+        EXPECT_EQ(one.mean(0, pixel, 1), three.mean(0, pixel, 1));
+        EXPECT_EQ(one.variance_of_mean(0, pixel, 1), three.variance_of_mean(0, pixel, 1));
+    }
+}
+
+TEST(CachedEstimator, SaysWhatItCannotKeepApart) {
+    Scene scene = in_tissue(dye_in(blobs(), 0), sheet_of(20));
+    scene.description.render.max_scatterings = 2;
+    EXPECT_THROW(image(scene, "cached", 1), SceneError);
+    scene.description.render.max_scatterings = 1;
+    EXPECT_LT(std::abs(z_of_totals(scene, "path", 500)), 5);
+    Scene endless = in_tissue(dye_in(Region{Everywhere{}}, 0, 1), sheet_of(20));
+    EXPECT_THROW(image(endless, "cached", 1), SceneError);
+}
+
+}  // namespace
+}  // namespace fluovox
