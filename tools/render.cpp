@@ -76,12 +76,21 @@ void warn(const CommonOptions& common, const std::string& message) {
     if (!common.quiet) fmt::print(stderr, "warning: {}\n", message);
 }
 
+void note_estimator(const CommonOptions& common, const Scene& scene) {
+    if (common.quiet) return;
+    const EstimatorChoice estimator = chosen_estimator(scene);
+    if (!estimator.why.empty()) fmt::print(stderr, "note: estimator {}, since {}\n", estimator.name, estimator.why);
+    if (estimator.name == "cached") {
+        fmt::print(stderr, "note: cached is biased in one way: scattered excitation is even within a voxel\n");
+    }
+}
+
 Provenance provenance_of(const Scene& scene) {
     Provenance provenance;
     provenance.scene_json = to_json(scene.description);
     provenance.seed = scene.description.render.seed;
     provenance.samples = scene.description.render.samples;
-    provenance.estimator = chosen_estimator(scene);
+    provenance.estimator = chosen_estimator(scene).name;
     for (const Dye& dye : scene.dyes)
         provenance.dyes.push_back(dye.name);
     return provenance;
@@ -115,6 +124,7 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
         warn(line.common(), remark);
     for (const std::string& warning : scene.warnings)
         warn(line.common(), warning);
+    note_estimator(line.common(), scene);
     if (scene.description.stack) return render_stack(line, scene, output, *format);
 
     RenderResult result = [&] {
@@ -152,7 +162,7 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
             {"nan_count", image.nan_count},
             {"bound_violations", image.bound_violations},
             {"median_relative_error", error.all},
-            {"median_relative_error_of_brightest_tenth", error.brightest},
+            {"bright_relative_error", error.brightest},
             {"real_collisions", result.counts.real_collisions},
             {"null_collisions", result.counts.null_collisions},
             {"grid_lookups", result.counts.grid_lookups},

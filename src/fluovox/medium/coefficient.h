@@ -29,4 +29,11 @@ inline double coefficient_per_um(const Coefficient& coefficient, double waveleng
     return table(std::fmin(std::fmax(wavelength_nm, table.first_nm()), table.last_nm()));
 }
 
+/// True for a coefficient that is zero at every wavelength.
+inline bool is_zero(const Coefficient& coefficient) {
+    if (const auto* constant = std::get_if<double>(&coefficient)) return *constant == 0;
+    if (const auto* law = std::get_if<PowerLaw>(&coefficient)) return law->value_per_um == 0;
+    return std::get<Spectrum>(coefficient).max() == 0;
+}
+
 }  // namespace fluovox

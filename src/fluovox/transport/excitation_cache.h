@@ -34,8 +34,6 @@ public:
     /// True when the light that comes straight from this light is not in the cache.
     bool leaves_out_direct(std::size_t light) const { return direct_[light]; }
 
-    /// Photons that are traced when the scene does not say.
-    static constexpr double kDefaultPhotons = 1e6;
     /// Spacing for dyes in regions, where the scene does not say: this share of the region's longest side.
     static constexpr double kDefaultVoxelShare = 1.0 / 128;
 

@@ -5,12 +5,14 @@
 #include "fluovox/transport/pixel_renderer.h"
 #include "fluovox/transport/render_cached.h"
 #include "fluovox/transport/samplable.h"
+#include "fluovox/volume/region.h"
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -51,13 +53,30 @@ TrackingCounts for_each_pixel(const Scene& scene, const Illumination& illuminati
     return counts;
 }
 
-std::string chosen_estimator(const Scene& scene) {
-    const std::string& wanted = scene.description.render.estimator;
-    return wanted == "auto" ? "path" : wanted;
+EstimatorChoice chosen_estimator(const Scene& scene) {
+    const RenderDescription& render = scene.description.render;
+    if (render.estimator != "auto") return {render.estimator, ""};
+    if (!path_shows_all_lights(scene)) return {"light", "paths from the camera cannot show every light here"};
+    bool scatters = false;
+    bool glows = false;
+    bool finite = true;
+    for (const SceneMedium& medium : scene.media) {
+        scatters = scatters || !is_zero(medium.scattering);
+        if (medium.dye < 0) continue;
+        glows = true;
+        finite = finite && (medium.grid ? medium.grid->background() == 0
+                                        : std::isfinite(length(bounds_of(medium.region).size())));
+    }
+    const bool limited = render.max_scatterings && *render.max_scatterings > 0;
+    if (!glows) return {"path", "there is no dye"};
+    if (!scatters) return {"path", "nothing scatters"};
+    if (!finite) return {"path", "a dye is infinite"};
+    if (limited) return {"path", "the number of scatterings is limited"};
+    return {"cached", "light is scattered on its way to the dyes"};
 }
 
 RenderResult render(const Scene& scene, Progress& progress) {
-    const std::string estimator = chosen_estimator(scene);
+    const std::string estimator = chosen_estimator(scene).name;
     if (estimator == "light") return render_from_lights(scene, progress);
     if (estimator == "cached") return render_from_cache(scene, progress);
     require_samplable_by_path(scene);

@@ -16,8 +16,15 @@ struct RenderResult {
     bool stopped = false;  ///< the user stopped it; the film is not complete
 };
 
-/// The name of the estimator that "auto" stands for in this scene.
-std::string chosen_estimator(const Scene& scene);
+/// What a scene is rendered with.
+struct EstimatorChoice {
+    std::string name;  ///< as in the scene file, never "auto"
+    std::string why;   ///< where the scene leaves it open: the reason, to print after the name; else empty
+};
+
+/// The scene's estimator, or what "auto" stands for: one that can show every light there is, "cached" where light is
+/// scattered on its way to a dye, else "path".
+EstimatorChoice chosen_estimator(const Scene& scene);
 
 /// Renders the scene with its own settings. The same scene and seed give the same film for any number of threads.
 /// Throws SceneError where the estimator cannot sample what the scene asks for.

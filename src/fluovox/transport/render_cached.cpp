@@ -16,6 +16,9 @@ namespace {
 // Enough for error bars that are themselves within 13 % or so.
 constexpr int kMostBatches = 32;
 
+// Where the scene does not say how many photons: about as much work as the gather.
+constexpr double kPhotonsPerPath = 0.25, kLeastPhotons = 1e4;
+
 }  // namespace
 
 RenderResult render_from_cache(const Scene& scene, Progress& progress) {
@@ -25,8 +28,9 @@ RenderResult render_from_cache(const Scene& scene, Progress& progress) {
     const Illumination illumination(scene);
     ExcitationCache cache(scene);
     const int batches = std::min(kMostBatches, render.samples);
-    const auto photons =
-        static_cast<std::int64_t>(std::ceil(render.photons.value_or(ExcitationCache::kDefaultPhotons) / batches));
+    const double paths = static_cast<double>(result.film.pixels()) * render.samples;
+    const double all_photons = render.photons.value_or(std::max(kLeastPhotons, kPhotonsPerPath * paths));
+    const auto photons = static_cast<std::int64_t>(std::ceil(all_photons / batches));
     progress.start("rendering", batches * photons + std::int64_t{result.film.pixels()} * render.samples);
     for (int batch = 0; batch < batches && !progress.stopped(); ++batch) {
         cache.fill(photons, static_cast<std::uint64_t>(batch), progress);

@@ -107,6 +107,15 @@ void require_no_refraction(const Scene& scene, const char* estimator, const char
 
 }  // namespace
 
+bool path_shows_all_lights(const Scene& scene) {
+    try {
+        require_lights_shown_by_path(scene, true);
+    } catch (const SceneError&) {
+        return false;
+    }
+    return true;
+}
+
 void require_samplable_by_path(const Scene& scene) {
     require_lights_shown_by_path(scene, true);
     require_no_refraction(scene, "path", "goes straight to lights");

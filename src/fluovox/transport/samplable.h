@@ -9,6 +9,9 @@ namespace fluovox {
 /// medium that light would never leave.
 void require_samplable_by_path(const Scene& scene);
 
+/// True when `require_samplable_by_path` has nothing to say about the lights.
+bool path_shows_all_lights(const Scene& scene);
+
 /// The same where photons from the lights excite the dyes: only light that the film sees unconverted must be found.
 void require_samplable_with_cache(const Scene& scene);
 
