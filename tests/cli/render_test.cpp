@@ -55,7 +55,8 @@ TEST_F(RenderTest, WritesTheImageAndItsPreview) {
         {"names of the results on stdout",
          {"render", "scene.toml", "-o", "image.exr"},
          0,
-         "12 x 8 pixels, 8 samples each, estimator path",
+         "note: estimator cached, since light is scattered[\\s\\S]*biased[\\s\\S]*12 x 8 pixels, 8 samples each, "
+         "estimator cached",
          "^image.exr\nimage.png\n$",
          {"image.exr", "image.png"}},
         {"JSON for machines",
@@ -64,7 +65,7 @@ TEST_F(RenderTest, WritesTheImageAndItsPreview) {
          "",
          "\"outputs\": \\[\\s*\"image.exr\",\\s*\"image.png\"\\s*\\],\\s*\"seconds\": [\\s\\S]*\"samples\": "
          "8,\\s*\"threads\": "
-         "\\d+,\\s*\"estimator\": \"path\",\\s*\"nan_count\": 0,\\s*\"bound_violations\": "
+         "\\d+,\\s*\"estimator\": \"cached\",\\s*\"nan_count\": 0,\\s*\"bound_violations\": "
          "0,\\s*\"median_relative_error\": "},
         {"quiet says nothing but the results", {"render", "scene.toml", "-o", "image.exr", "-q"}, 0, "^$", "image.exr"},
         {"examples first", {"render", "--help"}, 0, "", "^Examples:"},
@@ -119,16 +120,20 @@ TEST_F(RenderTest, RefusesWhatThePathEstimatorCannotSample) {
                   "position   = [\"0 um\", \"0 um\", \"-1 mm\"]\ndirection  = [0, 0, 1]");
     expect_rows({
         {"a pencil beam",
-         {"render", "pencil.toml", "-o", "a.exr"},
+         {"render", "pencil.toml", "-o", "a.exr", "--set", "render.estimator=path"},
          3,
          "pencil.toml:9:1: error: .*estimator.*\"light\"",
          "^$",
          {},
          {"a.exr"}},
         {"light straight into the camera",
-         {"render", "facing.toml", "-o", "a.exr"},
+         {"render", "facing.toml", "-o", "a.exr", "--set", "render.estimator=path"},
          3,
          "shines straight into the camera"},
+        {"left to the program",
+         {"render", "facing.toml", "-o", "b.exr"},
+         0,
+         "note: estimator light, since paths from the camera cannot show every light here"},
     });
 }
 
