@@ -103,7 +103,7 @@ TEST_F(StackTest, WritesAStackItsProjectionAndAnAnimationAndNothingElse) {
     expect_rows({{"names on stdout",
                   {"render", "scene.toml", "-o", "stack.ome.tif"},
                   0,
-                  "7 planes of 14 x 12 pixels, 2 channels, 16 samples each, estimator cached.*\nOpen with Fiji",
+                  "7 planes of 14 x 12 pixels, 2 channels, 16 samples each, estimator path.*\nOpen with Fiji",
                   "^stack.ome.tif\nstack.png\nstack.apng\n$"},
                  {"a second run keeps the finished one",
                   {"render", "scene.toml", "-o", "stack.ome.tif"},
