@@ -161,8 +161,7 @@ StackJob::StackJob(const CommandLine& line, const Scene& scene, fs::path output,
 std::string StackJob::work_key() const {
     Digest digest;
     digest.add(fmt::format(
-        "{} {} {} {} {} {} ", version(), estimator_, layer_, static_cast<int>(format_),
-        static_cast<int>(type_),
+        "{} {} {} {} {} {} ", version(), estimator_, layer_, static_cast<int>(format_), static_cast<int>(type_),
         line_.values().count("value-per-count") > 0 ? line_.values()["value-per-count"].as<double>() : 0.0));
     digest.add(fmt::format("{} ", fmt::join(truth_, ",")));
     digest.add(to_json(scene_.description));
@@ -430,8 +429,7 @@ void StackJob::report(const PlaneStore* store, double seconds) const {
                    "{} planes of {} x {} pixels, {} channels, {} samples each, estimator {}, {:.1f} s; median relative "
                    "error {:.3g} %, in the brightest tenth {:.3g} %\n",
                    images(), scene_.description.camera.width, scene_.description.camera.height, channels_,
-                   scene_.description.render.samples, estimator_, seconds, 100 * error,
-                   100 * bright_error);
+                   scene_.description.render.samples, estimator_, seconds, 100 * error, 100 * bright_error);
     }
     fmt::print(stderr, "Open with {}\n", how_to_open(format_));
 }
