@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <string>
 
@@ -144,6 +145,26 @@ TEST_F(VoxelizeCommand, AFullDiskLeavesTheOldFile) {
     EXPECT_EQ(result.exit_code, 5) << result.err;
     EXPECT_EQ(read("a.vdb"), before);
     EXPECT_EQ(files().size(), 3U);
+}
+
+TEST_F(VoxelizeCommand, CtrlCLeavesNoFile) {
+    RunLimits limits;
+    limits.signal = SIGINT;
+    // Once it is at work: well after it has begun, and long before it can be done.
+    int asked = 0;
+    limits.signal_when = [&] { return ++asked == 300; };
+    const ProgramResult result =
+        run({"voxelize", "box.obj", "-o", "a.vdb", "--dye", "EGFP=5uM", "--voxel-size", "6nm"}, limits);
+    EXPECT_EQ(result.exit_code, 75) << result.err;
+    EXPECT_TRUE(found("stopped; nothing was written", result.err)) << result.err;
+    EXPECT_EQ(files(), (std::vector<std::string>{"box.obj", "small.obj"}));
+}
+
+TEST_F(VoxelizeCommand, ProgressSaysHowMuchTimeIsLeft) {
+    const ProgramResult bar =
+        run({"voxelize", "box.obj", "-o", "a.vdb", "--dye", "EGFP=5uM", "--voxel-size", "0.1um", "--progress", "bar"});
+    EXPECT_TRUE(found("voxelizing +\\[=+ *\\] +[0-9]+ % +[0-9]+ s left", bar.err)) << bar.err;
+    EXPECT_EQ(run({"voxelize", "box.obj", "-o", "a.vdb", "--dye", "EGFP=5uM", "--voxel-size", "1um"}).err, "");
 }
 
 TEST_F(VoxelizeCommand, InfoSaysWhatIsWrongWithAFile) {

@@ -4,27 +4,33 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace fluovox {
 namespace {
 
-/// How voxels become pixels: `across` to the right, `up` upwards, along the third axis.
+/// How voxels become pixels: `across` to the right, `up` upwards, along the third axis. Pixels are squares.
 struct View {
     int across = 0;
     int up = 1;
-    int step = 1;  // voxels a pixel
+    double pixels_across = 1;  // a voxel
+    double pixels_up = 1;
     openvdb::CoordBBox box;
 
-    int column(int index) const { return (index - box.min()[across]) / step; }
-    int row(int index) const { return (box.max()[up] - index) / step; }
+    /// The first pixel of a voxel (or of the one after the last).
+    int column(int index) const { return static_cast<int>(std::floor(pixels_across * (index - box.min()[across]))); }
+    int row(int index) const { return static_cast<int>(std::floor(pixels_up * (box.max()[up] - index))); }
+    /// One past the last pixel of a voxel; at least one pixel shows it.
+    int column_end(int index) const { return std::max(column(index) + 1, column(index + 1)); }
+    int row_end(int index) const { return std::max(row(index) + 1, row(index - 1)); }
 };
 
-View choose_view(const openvdb::CoordBBox& box, int most_pixels) {
+View choose_view(const openvdb::CoordBBox& box, const openvdb::Vec3d& voxel, int most_pixels) {
     View view;
     view.box = box;
     std::array<int, 3> axes = {0, 1, 2};
-    const openvdb::Coord size = box.dim();
+    const openvdb::Vec3d size = box.dim().asVec3d() * voxel;
     // The shortest axis is looked along, z where all are alike; of the others the first goes to the right.
     int along = 2;
     for (const int axis : {1, 0})
@@ -32,24 +38,26 @@ View choose_view(const openvdb::CoordBBox& box, int most_pixels) {
     std::stable_partition(axes.begin(), axes.end(), [along](int axis) { return axis != along; });
     view.across = axes[0];
     view.up = axes[1];
-    const int longest = std::max(size[view.across], size[view.up]);
-    view.step = std::max(1, (longest + most_pixels - 1) / most_pixels);
+    const double longest = std::max(size[view.across], size[view.up]);
+    const double pixel = std::max(std::min(voxel[view.across], voxel[view.up]), longest / most_pixels);
+    view.pixels_across = voxel[view.across] / pixel;
+    view.pixels_up = voxel[view.up] / pixel;
     return view;
 }
 
 Projection project(const openvdb::FloatGrid& grid, const View& view) {
     Projection picture;
     picture.grid = grid.getName();
-    picture.width = view.column(view.box.max()[view.across]) + 1;
-    picture.height = view.row(view.box.min()[view.up]) + 1;
+    picture.width = view.column_end(view.box.max()[view.across]);
+    picture.height = view.row_end(view.box.min()[view.up]);
     picture.values.assign(static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height), 0.0F);
     for (auto at = grid.cbeginValueOn(); at; ++at) {
         const float value = *at;
         picture.largest = std::max(picture.largest, value);
         openvdb::CoordBBox box;
         at.getBoundingBox(box);
-        for (int row = view.row(box.max()[view.up]); row <= view.row(box.min()[view.up]); ++row) {
-            for (int column = view.column(box.min()[view.across]); column <= view.column(box.max()[view.across]);
+        for (int row = view.row(box.max()[view.up]); row < view.row_end(box.min()[view.up]); ++row) {
+            for (int column = view.column(box.min()[view.across]); column < view.column_end(box.max()[view.across]);
                  ++column) {
                 float& pixel = picture.values[static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width) +
                                               static_cast<std::size_t>(column)];
@@ -75,7 +83,7 @@ std::vector<Projection> project_grids(const std::filesystem::path& file, int mos
     }
     std::vector<Projection> pictures;
     if (grids.empty()) return pictures;
-    const View view = choose_view(all, most_pixels);
+    const View view = choose_view(all, grids.front()->voxelSize(), most_pixels);
     for (const auto& grid : grids)
         pictures.push_back(project(*grid, view));
     return pictures;

@@ -7,6 +7,8 @@
 
 #include <cmath>
 #include <exception>
+#include <filesystem>
+#include <system_error>
 
 namespace fluovox {
 namespace {
@@ -52,8 +54,13 @@ bool assimp_reads(const std::string& extension) {
 Mesh parse_with_assimp(std::string_view bytes, const std::string& extension, const std::string& name) {
     try {
         Assimp::Importer importer;
+        // From the file itself where there is one, since it may name others beside it (the .bin of a .gltf).
+        std::error_code failure;
         const aiScene* const scene =
-            importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, extension.substr(1).c_str());
+            std::filesystem::is_regular_file(name, failure)
+                ? importer.ReadFile(name, aiProcess_Triangulate)
+                : importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
+                                              extension.substr(1).c_str());
         if (scene == nullptr || scene->mRootNode == nullptr) {
             throw InputError(name + ": cannot be read: " + importer.GetErrorString());
         }

@@ -220,15 +220,17 @@ std::uint64_t SubLines::fill_open_block(std::int32_t block, BlockValues& values)
         const double caps = field({x + 0.5, at.y, at.z});
         constexpr double kMatters = 0.35;  // half, less what it can change from a voxel's centre to its corner
         if (std::abs(caps) < kMatters) continue;
-        ++decided;
         float& value = values[static_cast<std::size_t>(voxel)];
-        if (crossed(column, x)) {
-            value = open_fraction(column, x, field);
-            continue;
-        }
         const double winding = winding_at(line, x + 0.5) - caps;
         constexpr double kClear = 0.1;  // it changes less across a voxel that no surface crosses
-        value = std::abs(winding - 0.5) > kClear ? (winding >= 0.5 ? 1.0F : 0.0F) : smooth_fraction(column, x, field);
+        if (crossed(column, x)) {
+            value = open_fraction(column, x, field);
+        } else if (std::abs(winding - 0.5) > kClear) {
+            value = winding >= 0.5 ? 1.0F : 0.0F;
+        } else {
+            value = smooth_fraction(column, x, field);
+        }
+        decided += value > 0 ? 1 : 0;
     }
     return decided;
 }

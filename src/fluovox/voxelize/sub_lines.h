@@ -27,7 +27,7 @@ public:
     void fill_block(std::int32_t block, BlockValues& values);
 
     /// The same by the winding number without the caps that are guesses (inside where it is at least 1/2). Changes
-    /// only voxels where they could matter, and returns how many those were.
+    /// only voxels where they could matter, and returns how many of those have something inside.
     std::uint64_t fill_open_block(std::int32_t block, BlockValues& values);
 
 private:

@@ -34,6 +34,38 @@ void put(std::string& bytes, T value) {
     bytes.append(raw.data(), raw.size());
 }
 
+/// A box with its numbers inside the text, as base64.
+std::string gltf(const Mesh& mesh) {
+    std::string bytes;
+    for (const Vec3& v : mesh.vertices)
+        for (int axis = 0; axis < 3; ++axis)
+            put(bytes, static_cast<float>(v[axis]));
+    const std::size_t places = bytes.size();
+    for (const auto& t : mesh.triangles)
+        for (const std::uint32_t corner : t)
+            put(bytes, static_cast<std::uint16_t>(corner));
+    static const std::string kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    const std::size_t size = bytes.size();
+    bytes.append(2, '\0');
+    for (std::size_t i = 0; i < size; i += 3) {
+        const auto byte = [&](std::size_t n) {
+            return static_cast<unsigned>(static_cast<unsigned char>(bytes[i + n]));
+        };
+        const unsigned word = byte(0) << 16U | byte(1) << 8U | byte(2);
+        for (int digit = 3; digit >= 0; --digit)
+            text += kDigits[word >> (6U * static_cast<unsigned>(digit)) & 63U];
+    }
+    const auto number = [](std::size_t n) { return std::to_string(n); };
+    return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+           R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":)" +
+           number(size) + R"(,"uri":"data:application/octet-stream;base64,)" + text +
+           R"("}],"bufferViews":[{"buffer":0,"byteLength":)" + number(places) + R"(},{"buffer":0,"byteOffset":)" +
+           number(places) + R"(,"byteLength":)" + number(size - places) +
+           R"(}],"accessors":[{"bufferView":0,"componentType":5126,"count":8,"type":"VEC3","min":[0,0,0],"max":[2,3,4]},)"
+           R"({"bufferView":1,"componentType":5123,"count":36,"type":"SCALAR"}]})";
+}
+
 std::vector<Seed> seeds() {
     const Mesh box = testing::box({0, 0, 0}, {2, 3, 4});
     std::string obj;
@@ -81,6 +113,7 @@ std::vector<Seed> seeds() {
             {".ply", binary},
             {".stl", stl + "endsolid\n"},
             {".stl", binary_stl},
+            {".gltf", gltf(box)},
             {".swc", "# a cell\n1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 1 0 1 2\n4 3 20 -9 0 0.5 2\n5 2 -9 0 0 1 1\n"},
             {".asc",
              "(\"Soma\" (CellBody) (5 0 0 1) (0 4 0 1) (-5 0 0 1))\n((Dendrite) (0 0 0 2) (10 0 0 2) <(10 2 0 1)>\n"
