@@ -22,7 +22,7 @@ double triangle_area(const Mesh& mesh, const Mesh::Triangle& t) {
     return length(cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a)) / 2;
 }
 
-void count_edges(const std::vector<EdgeUse>& uses, MeshReport& report) {
+void count_edges(const EdgeUses& uses, MeshReport& report) {
     struct Counts {
         std::size_t boundary = 0, nonmanifold = 0, misoriented = 0;
     };
@@ -42,7 +42,7 @@ void count_edges(const std::vector<EdgeUse>& uses, MeshReport& report) {
 }
 
 /// Turns triangles whose neighbours across ordinary edges disagree with them, by the majority of area.
-void agree_with_neighbours(Mesh& mesh, std::vector<EdgeUse>& uses, MeshReport& report) {
+void agree_with_neighbours(Mesh& mesh, EdgeUses& uses, MeshReport& report) {
     if (report.misoriented_edges == 0) return;
     ParitySets sets(mesh.triangles.size());
     for_each_edge(uses, [&](std::size_t first, std::size_t last) {
@@ -65,8 +65,7 @@ void agree_with_neighbours(Mesh& mesh, std::vector<EdgeUse>& uses, MeshReport& r
 }
 
 /// Numbers the parts that hang together by edges; returns how many there are.
-std::uint32_t number_components(const Mesh& mesh, const std::vector<EdgeUse>& uses,
-                                std::vector<std::uint32_t>& component) {
+std::uint32_t number_components(const Mesh& mesh, const EdgeUses& uses, std::vector<std::uint32_t>& component) {
     JoinedSets sets(mesh.triangles.size());
     map_chunks(uses.size(), [&](std::size_t begin, std::size_t end) {
         for_each_edge(uses, begin, end, [&](std::size_t first, std::size_t last) {
@@ -163,7 +162,7 @@ void add_ringed_cap(Mesh& mesh, BoundaryLoop ring, const Vec3& center) {
     add_cap(mesh, ring, center);
 }
 
-void add_caps(SolidMesh& solid, const std::vector<EdgeUse>& uses, std::vector<std::uint32_t>& component) {
+void add_caps(SolidMesh& solid, const EdgeUses& uses, std::vector<std::uint32_t>& component) {
     Mesh& mesh = solid.mesh;
     std::vector<std::uint32_t> loop_components;
     const auto loops = boundary_loops(mesh, component, uses, loop_components);
@@ -276,7 +275,7 @@ SolidMesh make_solid(const Mesh& mesh) {
     report.degenerate_triangles = welded.degenerate_triangles;
     report.area_um2 = surface_area(solid.mesh);
 
-    std::vector<EdgeUse> uses = sorted_edge_uses(solid.mesh);
+    EdgeUses uses = sorted_edge_uses(solid.mesh);
     count_edges(uses, report);
     agree_with_neighbours(solid.mesh, uses, report);
     std::vector<std::uint32_t> component;

@@ -73,7 +73,7 @@ struct Step {
     }
 };
 
-std::vector<Step> closing_steps(const std::vector<EdgeUse>& uses, const std::vector<std::uint32_t>& components) {
+std::vector<Step> closing_steps(const EdgeUses& uses, const std::vector<std::uint32_t>& components) {
     std::vector<Step> steps;
     for (const auto& some : map_chunks(uses.size(), [&](std::size_t begin, std::size_t end) {
              std::vector<Step> found;
@@ -130,35 +130,38 @@ WeldedMesh weld(const Mesh& mesh) {
     for_items(vertices, [&](std::size_t v) {
         if (used[v] != 0) slots[v] = welder.add(static_cast<std::uint32_t>(v));
     });
+    std::vector<std::uint32_t> first(vertices, kNone);
+    for_items(vertices, [&](std::size_t v) {
+        if (used[v] != 0) first[v] = welder.first(slots[v]);
+    });
     std::vector<std::uint32_t> number(vertices, kNone);
+    std::uint32_t count = 0;
     for (std::size_t v = 0; v < vertices; ++v) {
-        if (used[v] == 0) continue;
-        const std::uint32_t first = welder.first(slots[v]);
-        if (first == v) {
-            number[v] = static_cast<std::uint32_t>(welded.mesh.vertices.size());
-            welded.mesh.vertices.push_back(mesh.vertices[v]);
-        } else {
-            number[v] = number[first];
-            ++welded.welded_vertices;
-        }
+        if (first[v] == kNone) continue;
+        if (first[v] != v) ++welded.welded_vertices;
+        number[v] = first[v] == v ? count++ : number[first[v]];
     }
+    welded.mesh.vertices.resize(count);
+    for_items(vertices, [&](std::size_t v) {
+        if (first[v] == v) welded.mesh.vertices[number[v]] = mesh.vertices[v];
+    });
     welded.mesh.triangles.resize(mesh.triangles.size());
     const auto is_degenerate = [](const Mesh::Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; };
     for (const std::size_t some : map_chunks(mesh.triangles.size(), [&](std::size_t begin, std::size_t end) {
-             std::size_t count = 0;
+             std::size_t degenerate = 0;
              for (std::size_t t = begin; t < end; ++t) {
                  for (std::size_t i = 0; i < 3; ++i)
                      welded.mesh.triangles[t][i] = number[mesh.triangles[t][i]];
-                 count += is_degenerate(welded.mesh.triangles[t]) ? 1 : 0;
+                 degenerate += is_degenerate(welded.mesh.triangles[t]) ? 1 : 0;
              }
-             return count;
+             return degenerate;
          }))
         welded.degenerate_triangles += some;
     if (welded.degenerate_triangles > 0) std::erase_if(welded.mesh.triangles, is_degenerate);
     return welded;
 }
 
-std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh) {
+EdgeUses sorted_edge_uses(const Mesh& mesh) {
     // By the lower vertex first, each of which has few edges.
     std::vector<std::atomic<std::size_t>> places(mesh.vertices.size());
     const auto edge = [&](std::size_t t, std::size_t i) {
@@ -171,9 +174,12 @@ std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh) {
             places[edge(t, i).low].fetch_add(1, std::memory_order_relaxed);
     });
     std::size_t sum = 0;
-    for (auto& place : places)
-        sum += place.exchange(sum, std::memory_order_relaxed);
-    std::vector<EdgeUse> uses(sum);
+    for (auto& place : places) {
+        const std::size_t count = place.load(std::memory_order_relaxed);
+        place.store(sum, std::memory_order_relaxed);
+        sum += count;
+    }
+    EdgeUses uses(sum);
     for_items(mesh.triangles.size(), [&](std::size_t t) {
         for (std::size_t i = 0; i < 3; ++i) {
             const EdgeUse use = edge(t, i);
@@ -250,8 +256,7 @@ void ParitySets::merge(std::uint32_t a, std::uint32_t b, bool differ) {
 }
 
 std::vector<BoundaryLoop> boundary_loops(const Mesh& mesh, const std::vector<std::uint32_t>& component_of_triangle,
-                                         const std::vector<EdgeUse>& uses,
-                                         std::vector<std::uint32_t>& loop_components) {
+                                         const EdgeUses& uses, std::vector<std::uint32_t>& loop_components) {
     const std::vector<Step> steps = closing_steps(uses, component_of_triangle);
     std::vector<BoundaryLoop> loops;
     std::vector<std::uint8_t> taken(steps.size(), 0);

@@ -7,6 +7,8 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -14,12 +16,30 @@ namespace fluovox {
 
 /// The use of an edge by one triangle.
 struct EdgeUse {
-    std::uint32_t low = 0, high = 0;  ///< its vertices
-    std::uint32_t triangle = 0;
-    bool forward = false;  ///< the triangle runs from `low` to `high`
+    std::uint32_t low, high;  ///< its vertices
+    std::uint32_t triangle;
+    bool forward;  ///< the triangle runs from `low` to `high`
 
     bool same_edge(const EdgeUse& other) const { return low == other.low && high == other.high; }
 };
+
+/// Leaves elements as they come instead of zeroing them first: large arrays that many threads then fill.
+template <class Value>
+struct UnsetAllocator : std::allocator<Value> {
+    template <class Other>
+    struct rebind {
+        using other = UnsetAllocator<Other>;
+    };
+    template <class Other, class... Arguments>
+    void construct(Other* place, Arguments&&... arguments) {
+        if constexpr (sizeof...(Arguments) == 0) {
+            ::new (static_cast<void*>(place)) Other;
+        } else {
+            ::new (static_cast<void*>(place)) Other(std::forward<Arguments>(arguments)...);
+        }
+    }
+};
+using EdgeUses = std::vector<EdgeUse, UnsetAllocator<EdgeUse>>;
 
 /// A mesh with equal vertices made one, unused ones and triangles with equal corners left out.
 struct WeldedMesh {
@@ -30,11 +50,11 @@ struct WeldedMesh {
 WeldedMesh weld(const Mesh& mesh);
 
 /// Every use of every edge, grouped by edge.
-std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh);
+EdgeUses sorted_edge_uses(const Mesh& mesh);
 
 /// Calls `visit(first, last)` with the index range of each edge's uses, for edges that start from `begin` to `end`.
 template <class Visit>
-void for_each_edge(const std::vector<EdgeUse>& uses, std::size_t begin, std::size_t end, Visit&& visit) {
+void for_each_edge(const EdgeUses& uses, std::size_t begin, std::size_t end, Visit&& visit) {
     while (begin > 0 && begin < end && uses[begin].same_edge(uses[begin - 1]))
         ++begin;
     for (std::size_t first = begin; first < end;) {
@@ -48,7 +68,7 @@ void for_each_edge(const std::vector<EdgeUse>& uses, std::size_t begin, std::siz
 
 /// The same for every edge.
 template <class Visit>
-void for_each_edge(const std::vector<EdgeUse>& uses, Visit&& visit) {
+void for_each_edge(const EdgeUses& uses, Visit&& visit) {
     for_each_edge(uses, 0, uses.size(), visit);
 }
 
@@ -86,7 +106,7 @@ using BoundaryLoop = std::vector<std::uint32_t>;
 /// The directed edges that would close the mesh (the net boundary, reversed), cut into simple loops. Each loop stays
 /// within one component; `loop_components` gets it.
 std::vector<BoundaryLoop> boundary_loops(const Mesh& mesh, const std::vector<std::uint32_t>& component_of_triangle,
-                                         const std::vector<EdgeUse>& uses, std::vector<std::uint32_t>& loop_components);
+                                         const EdgeUses& uses, std::vector<std::uint32_t>& loop_components);
 
 /// Signed number of times that the surface winds around each point, counted along a line towards +x. Exact for
 /// closed surfaces and points that are not on them.

@@ -1,6 +1,7 @@
 #include "fluovox/voxelize/tile_bins.h"
 
 #include "fluovox/voxelize/chunks.h"
+#include "fluovox/voxelize/mesh_topology.h"
 
 #include <tbb/parallel_sort.h>
 
@@ -57,21 +58,25 @@ TileBins::TileBins(std::uint32_t items, const BoxOf& box_of, const SpanOf& span_
     std::size_t count = 0;
     for (const auto& part : parts)
         places.push_back(std::exchange(count, count + part.size()));
-    std::vector<Entry> entries(count);
+    std::vector<Entry, UnsetAllocator<Entry>> entries(count);
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
         std::copy(parts[i].begin(), parts[i].end(), entries.begin() + static_cast<std::ptrdiff_t>(places[i]));
         parts[i] = {};
     });
     tbb::parallel_sort(entries.begin(), entries.end(),
                        [](const Entry& a, const Entry& b) { return a.key != b.key ? a.key < b.key : a.item < b.item; });
-    items_.reserve(entries.size());
-    for (const Entry& entry : entries) {
-        if (tiles_.empty() || tiles_.back().key != entry.key) {
-            tiles_.push_back({entry.key, items_.size(), items_.size()});
-        }
-        items_.push_back(entry.item);
-        ++tiles_.back().end;
-    }
+    items_.resize(entries.size());
+    for (const auto& some : map_chunks(entries.size(), [&](std::size_t begin, std::size_t end) {
+             std::vector<Tile> tiles;
+             for (std::size_t i = begin; i < end; ++i) {
+                 items_[i] = entries[i].item;
+                 if (i == 0 || entries[i].key != entries[i - 1].key) tiles.push_back({entries[i].key, i, 0});
+             }
+             return tiles;
+         }))
+        tiles_.insert(tiles_.end(), some.begin(), some.end());
+    for (std::size_t i = 0; i < tiles_.size(); ++i)
+        tiles_[i].end = i + 1 < tiles_.size() ? tiles_[i + 1].begin : items_.size();
 }
 
 void TileBins::add_open_blocks(const std::vector<BlockPlace>& blocks) {

@@ -29,9 +29,9 @@ struct VoxelizeSettings {
 };
 
 struct VoxelizeReport {
-    double volume_um3 = 0;     ///< inside, by the voxels' fractions
-    double winding_um3 = 0;    ///< integral of the winding number: overlapping parts count twice
-    std::uint64_t voxels = 0;  ///< with anything inside
+    double volume_um3 = 0;                 ///< inside, by the voxels' fractions
+    double winding_um3 = 0;                ///< integral of the winding number: overlapping parts count twice
+    std::uint64_t voxels = 0;              ///< with anything inside
     std::uint64_t decided_by_winding = 0;  ///< of these, by the winding number
     bool caps_only = false;  ///< holes too large for the winding number at this voxel size: they were capped
 };
