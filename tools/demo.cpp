@@ -50,6 +50,10 @@ void print_written(const std::vector<std::filesystem::path>& files, const std::f
     }
     for (const auto& file : files)
         fmt::print("{}  ({:.1f} kB)\n", file.string(), static_cast<double>(std::filesystem::file_size(file)) / 1e3);
+    if (std::filesystem::exists(folder / (name + ".vdb"))) {
+        fmt::print("Look: fluovox info {} --preview {}\n", (folder / (name + ".vdb")).string(),
+                   (folder / "voxels.png").string());
+    }
     fmt::print("Next: {}\n", next);
 }
 

@@ -7,9 +7,11 @@ cd "$(dirname "$0")/.."
 ./tools/setup.sh fluovox_program
 fluovox=build/release/tools/fluovox
 "$fluovox" demo neuron -o demo/neuron
+"$fluovox" info demo/neuron/neuron.vdb --preview demo/neuron/voxels.png
 "$fluovox" render demo/neuron/scene.toml -o demo/neuron/neuron.exr
 sheet=demo/lightsheet-neuron
 [[ -f $sheet/scene.toml ]] || "$fluovox" demo lightsheet-neuron -o $sheet
 "$fluovox" render $sheet/scene.toml -o $sheet/stack.ome.tif
+echo "The voxels of the neuron are in demo/neuron/voxels.png (maximum projection)."
 echo "Open demo/neuron/neuron.png (preview) or demo/neuron/neuron.exr (spectral image);"
 echo "and $sheet/stack.png (projection), $sheet/stack.apng (film) or $sheet/stack.ome.tif (Fiji: Bio-Formats; napari)."
