@@ -62,9 +62,18 @@ Figures set_up(const fs::path& folder) {
     return figures;
 }
 
-Figures render_neuron(const fs::path& folder) {
+/// The neuron in a block of cortex 0.5 mm deep: paths are long, so the cost of a collision shows.
+SceneDescription deep_scene_of(const fs::path& folder) {
+    SceneDescription scene = scene_of(folder);
+    for (MediumDescription& medium : scene.media) {
+        if (!medium.dye) medium.region = BoxRegion{{-400, -400, -250}, {400, 400, 250}};
+    }
+    return scene;
+}
+
+Figures render_neuron(const SceneDescription& description) {
     NoProgress silent;
-    const Scene scene = build_scene(scene_of(folder));
+    const Scene scene = build_scene(description);
     Figures figures;
     figures["seconds"] = seconds_of([&] {
         const RenderResult result = render(scene, silent);
@@ -78,6 +87,25 @@ Figures render_neuron(const fs::path& folder) {
 
 void row(const std::string& what, const std::string& value) {
     fmt::print("{:<52} {:>14}\n", what, value);
+}
+
+Figures report_render(const std::string& what, SceneDescription scene) {
+    const auto number = [](double value) { return fmt::format("{:.3g}", value); };
+    scene.render.estimator = "path";
+    const Figures two = measure(2, 3, [&] { return render_neuron(scene); });
+    const Figures one = measure(1, 3, [&] { return render_neuron(scene); });
+    const double paths = static_cast<double>(kPixels) * kPixels * kSamples;
+    const double seconds = two.at("seconds");
+    row(fmt::format("{}, {} x {}, {} samples (s)", what, kPixels, kPixels, kSamples), number(seconds));
+    row("  paths/s (k)", number(paths / seconds / 1e3));
+    row("  real and null collisions/s (M)", number((two.at("real") + two.at("null")) / seconds / 1e6));
+    row("  grid look-ups/s (M)", number(two.at("lookups") / seconds / 1e6));
+    row("  real collisions per path", number(two.at("real") / paths));
+    row("  null collisions per path", number(two.at("null") / paths));
+    row("  collisions per real one", number((two.at("real") + two.at("null")) / two.at("real")));
+    row("  grid look-ups per path", number(two.at("lookups") / paths));
+    row("  one thread over two", number(one.at("seconds") / seconds));
+    return two;
 }
 
 void report(const fs::path& folder) {
@@ -95,22 +123,12 @@ void report(const fs::path& folder) {
     row("scene set-up (s)", number(grid.at("seconds")));
     row("  bytes per active voxel", number(grid.at("grid_bytes") / grid.at("active_voxels")));
 
-    const Figures two = measure(2, 3, [&] { return render_neuron(folder); });
-    const Figures one = measure(1, 3, [&] { return render_neuron(folder); });
-    const double paths = static_cast<double>(kPixels) * kPixels * kSamples;
-    const double seconds = two.at("seconds");
-    row(fmt::format("render the neuron, {0} x {0}, {1} samples (s)", kPixels, kSamples), number(seconds));
-    row("  paths/s (k)", number(paths / seconds / 1e3));
-    row("  real and null collisions/s (M)", number((two.at("real") + two.at("null")) / seconds / 1e6));
-    row("  grid look-ups/s (M)", number(two.at("lookups") / seconds / 1e6));
-    row("  real collisions per path", number(two.at("real") / paths));
-    row("  null collisions per path", number(two.at("null") / paths));
-    row("  collisions per real one", number((two.at("real") + two.at("null")) / two.at("real")));
-    row("  grid look-ups per path", number(two.at("lookups") / paths));
-    row("  one thread over two", number(one.at("seconds") / seconds));
+    const Figures two = report_render("render the neuron", scene_of(folder));
     row("  peak memory (MB)", number(two.at("peak_bytes") / 1e6));
     row("  of which the program itself, idle (MB)", number(idle.at("peak_bytes") / 1e6));
     row("  bounds exceeded", number(two.at("violations")));
+    const Figures deep = report_render("render the neuron 0.5 mm deep in cortex", deep_scene_of(folder));
+    row("  bounds exceeded", number(deep.at("violations")));
 }
 
 }  // namespace
