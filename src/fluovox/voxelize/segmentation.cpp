@@ -109,8 +109,9 @@ public:
     /// Throws when one of the dyes has no label in the volume.
     void require_all(const std::string& name) const {
         for (std::size_t d = 0; d < segmentation_.dyes.size(); ++d) {
-            const bool used = std::any_of(labels_.begin(), labels_.end(),
-                                          [d](const BlockLabel& label) { return label.dye == static_cast<int>(d); });
+            bool used = false;
+            for (std::size_t i = 1; i < labels_.size(); ++i)
+                used |= labels_[i].dye == static_cast<int>(d) && counts_[i] > 0;
             if (!used) throw InputError(fmt::format("{}: has {}", name, absence(segmentation_.dyes[d])));
         }
     }

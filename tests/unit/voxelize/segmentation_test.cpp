@@ -194,6 +194,8 @@ TEST_F(SegmentationFile, AMaskTakesOneDyeAndALabelGridSaysWhatIsWhere) {
     EXPECT_EQ(entries[1].value_type, "int32");
     settings_.voxels.clip_um = Bounds{{0, 0, 0}, {0.42, 10, 10}};  // the centres of voxels 0 to 3 along x
     EXPECT_EQ(inspect_dye_grid(run(mask).grids[0]).active_voxels, 2U * 15 * 9);
+    settings_.voxels.clip_um = Bounds{{0, 0, 0}, {0.1, 0.1, 0.1}};
+    EXPECT_THROW(run(mask), InputError) << "nothing is left";
 }
 
 TEST_F(SegmentationFile, WhatCannotBeRightIsRefusedWithACure) {
