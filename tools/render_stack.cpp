@@ -444,6 +444,11 @@ ExitCode StackJob::run() {
             for (int plane = 0; plane < planes_ && format_ == StackFormat::Exr; ++plane)
                 outputs_.push_back(plane_path(view, plane));
             if (format_ != StackFormat::Exr) outputs_.push_back(view_path(view));
+            for (const char* kind : {"labels", "concentration", "irradiance", "photons"}) {
+                std::error_code ignored;
+                if (wants(kind) && fs::exists(truth_path(view, kind), ignored))
+                    outputs_.push_back(truth_path(view, kind));
+            }
             outputs_.push_back(beside(view, ".png"));
             outputs_.push_back(beside(view, ".apng"));
         }

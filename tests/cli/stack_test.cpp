@@ -268,6 +268,7 @@ TEST_F(StackTest, GroundTruthHasTheStacksPixelsAndTheScenesNumbers) {
     EXPECT_EQ(result.out,
               "s.ome.tif\ns-labels.ome.tif\ns-concentration.ome.tif\ns-irradiance.ome.tif\ns-photons.ome.tif\n"
               "s.png\ns.apng\n");
+    EXPECT_EQ(run({"render", "scene.toml", "-o", "s.ome.tif", "--truth", "all"}).out, result.out);
     ASSERT_EQ(run({"render", "scene.toml", "-o", "z.ome.zarr", "--truth", "labels"}).exit_code, 0);
     if (!has_readers()) GTEST_SKIP() << "python3 is not installed";
     const std::string seen = python(
