@@ -1,5 +1,7 @@
 #include "fluovox/transport/fluence.h"
 
+#include "fluovox/transport/photon_source.h"
+
 #include "scene_kit.h"
 #include "statistics.h"
 
@@ -173,6 +175,36 @@ TEST(Fluence, EachDyesGridKeepsItsOwnVoxels) {
                                                "fluence.emission.two", "absorbed.one",     "absorbed.two",
                                                "absorbed.three"};
     EXPECT_EQ(found, expected);
+}
+
+// Numerical aperture is n sin(theta): where a focused light starts in glass, its rays are steeper.
+TEST(Fluence, NumericalApertureIsThatOfTheMediumWhereTheLightStarts) {
+    constexpr double kAperture = 0.6;
+    for (const double index : {1.0, 1.5}) {
+        BeamLight beam;
+        beam.direction = {0, 0, 1};
+        beam.radius_um = 2;
+        beam.waist = {0, 0, 50};
+        beam.numerical_aperture = kAperture;
+        SceneMedium glass = host(BoxRegion{{-100, -100, -100}, {100, 100, 100}}, 0, 0);
+        if (index != 1) glass.refractive_index = index;
+        const Scene scene = scene_of({glass}, laser(beam, kBlue, 1));
+        const PhotonSpace space(scene);
+        const PhotonSource source(scene, space);
+        RunningMean squared_slope;
+        RunningMean squared_waist;
+        for (int n = 0; n < 50000; ++n) {
+            Rng rng(4, static_cast<std::uint64_t>(n), 0);
+            const Ray ray = source.launch(rng).ray;
+            squared_slope.add(std::pow(ray.direction.x / ray.direction.z, 2));
+            squared_waist.add(std::pow(ray.at((50 - ray.origin.z) / ray.direction.z).y, 2));
+        }
+        const double sine = kAperture / index;
+        const double slope = 0.5 * sine / std::sqrt(1 - sine * sine);  // one sigma; the aperture is at 1/e^2, two
+        EXPECT_LT(std::abs(z_score(squared_slope, slope * slope)), 5) << index;
+        EXPECT_GT(std::abs(z_score(squared_slope, 1.05 * slope * slope)), 5) << index;
+        EXPECT_LT(std::abs(z_score(squared_waist, 1)), 5) << index << ": radius 2 at 1/e^2";
+    }
 }
 
 // Half space of index 1.5, isotropic, albedo 0.9: 4 % specular and 0.2199186 diffuse. Giovanelli, Opt. Acta 2 (1955)

@@ -88,7 +88,7 @@ Response response_of(const Scene& scene, std::int64_t photons, std::uint64_t see
 Plot plot_of(const Response& response, const std::string& title) {
     Plot plot;
     plot.title = title;
-    plot.subtitle = "normalised to unit area; red: response minus emission, with its standard error";
+    plot.subtitle = "highly scattering cuvette; unit area; red: response minus emission, with its standard error";
     plot.x_label = "wavelength, nm";
     plot.y_label = "per nm";
     plot.x_is_wavelength = true;
@@ -108,7 +108,7 @@ Case thin_case(const std::string& name, const std::string& dye, const std::share
     result.fixed = 400000;
     result.estimate = [=](std::int64_t photons, std::uint64_t seed) {
         const Response response = response_of(cuvette(name, "0.02 uM"), photons, seed);
-        plots->push_back({name + "-thin", plot_of(response, dye + ", 0.02 uM in a highly scattering cuvette")});
+        plots->push_back({name + "-thin", plot_of(response, dye + ", 0.02 uM: thin")});
         return deviation_of(response.deviation, response.bins - 1);
     };
     return result;
@@ -133,8 +133,8 @@ Case thick_case(const std::string& name, const std::string& dye, const std::shar
     result.fixed = 15000;
     result.estimate = [=](std::int64_t samples, std::uint64_t seed) {
         const Scene scene = cuvette(name, "20 uM");
-        plots->push_back({name + "-thick", plot_of(response_of(scene, 12 * samples, seed + 1),
-                                                   dye + ", 20 uM in a highly scattering cuvette")});
+        plots->push_back(
+            {name + "-thick", plot_of(response_of(scene, 12 * samples, seed + 1), dye + ", 20 uM: thick")});
         const auto with = [&](const char* estimator, std::uint64_t key) {
             return mean_of_runs(12, key, [&](std::uint64_t run) {
                 return mean_nm(picture(scene, estimator, samples, run), scene.description.film);

@@ -230,35 +230,24 @@ Scene lit_cube() {
     return scene;
 }
 
-/// Both layers are of the same two images. With fewer samples paths are too far from a normal distribution.
-void add_pixels(std::vector<Case>& cases) {
-    struct Images {
-        std::vector<Film> films;
+/// With fewer samples paths are too far from a normal distribution.
+Case pixels_case(int layer) {
+    Case result;
+    result.name = fmt::format("path against light in 32 x 32 pixels, {} (chi-squared as a deviation)",
+                              layer == 1 ? "elastic" : "fluorescence");
+    result.source = "the other estimator";
+    result.fixed = 2000;
+    result.estimate = [layer](std::int64_t samples, std::uint64_t seed) {
+        const Film path = picture(lit_cube(), "path", samples, seed);
+        const Film light = picture(lit_cube(), "light", 6 * samples, seed + 500);
+        double squares = 0;
+        for (int pixel = 0; pixel < path.pixels(); ++pixel) {
+            const double variance = path.variance_of_mean(layer, pixel, 0) + light.variance_of_mean(layer, pixel, 0);
+            squares += std::pow(path.mean(layer, pixel, 0) - light.mean(layer, pixel, 0), 2) / variance;
+        }
+        return deviation_of(squares, path.pixels());
     };
-    const auto images = std::make_shared<Images>();
-    for (const int layer : {1, 2}) {
-        Case result;
-        result.name = fmt::format("path against light in 32 x 32 pixels, {} (chi-squared as a deviation)",
-                                  layer == 1 ? "elastic" : "fluorescence");
-        result.source = "the other estimator";
-        result.fixed = 1200;
-        result.estimate = [images, layer](std::int64_t samples, std::uint64_t seed) {
-            if (images->films.empty()) {
-                images->films.push_back(picture(lit_cube(), "path", samples, seed));
-                images->films.push_back(picture(lit_cube(), "light", 6 * samples, seed + 500));
-            }
-            const Film& path = images->films[0];
-            const Film& light = images->films[1];
-            double squares = 0;
-            for (int pixel = 0; pixel < path.pixels(); ++pixel) {
-                const double variance =
-                    path.variance_of_mean(layer, pixel, 0) + light.variance_of_mean(layer, pixel, 0);
-                squares += std::pow(path.mean(layer, pixel, 0) - light.mean(layer, pixel, 0), 2) / variance;
-            }
-            return deviation_of(squares, path.pixels());
-        };
-        cases.push_back(std::move(result));
-    }
+    return result;
 }
 
 /// All light of a specimen's picture, over what the estimator `light` finds.
@@ -302,11 +291,12 @@ std::vector<Case> image_cases(const std::shared_ptr<PlotBook>& plots) {
     cases.push_back(red_shift_case());
     cases.push_back(unmix_case(false));
     cases.push_back(unmix_case(true));
-    add_pixels(cases);
-    cases.push_back(specimen_case("neuron", 6, 8, 40, 40));
+    cases.push_back(pixels_case(1));
+    cases.push_back(pixels_case(2));
+    cases.push_back(specimen_case("neuron", 6, 8, 300, 20));
     cases.push_back(specimen_case("beads", 8, 8, 100, 40));
-    cases.push_back(specimen_case("cuvette-gfp", 3, 8, 100, 10));
-    cases.push_back(specimen_case("cuvette-rfp", 3, 8, 100, 10));
+    cases.push_back(specimen_case("cuvette-gfp", 3, 8, 300, 10));
+    cases.push_back(specimen_case("cuvette-rfp", 3, 8, 300, 10));
     for (Case& figure : figure_cases(plots))
         cases.push_back(std::move(figure));
     return cases;
