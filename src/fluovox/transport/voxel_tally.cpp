@@ -27,6 +27,64 @@ bool has_values(const SparseGrid& grid, Voxel origin) {
     return false;
 }
 
+/// Cells of `size` voxels: the first, and how many along each axis.
+struct CellBox {
+    std::array<int, 3> first{}, count{};
+    int size = 1;
+};
+
+/// Part of `span` that is inside the box.
+Interval inside(const CellBox& box, const Ray& ray, Interval span) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double low = box.first[a] * box.size - ray.origin[axis];
+        const double high = low + box.count[a] * box.size;
+        if (ray.direction[axis] == 0) {
+            if (low > 0 || high <= 0) return {0, 0};
+            continue;
+        }
+        const double t0 = low / ray.direction[axis];
+        const double t1 = high / ray.direction[axis];
+        span = {std::max(span.begin, std::min(t0, t1)), std::min(span.end, std::max(t0, t1))};
+    }
+    return span;
+}
+
+/// Calls `visit` for each cell along a span inside the box, in order. Amanatides & Woo, Eurographics 1987.
+template <class Visit>
+void march(const CellBox& box, const Ray& ray, Interval span, const Visit& visit) {
+    std::array<int, 3> cell{};
+    std::array<int, 3> step{};
+    std::array<double, 3> next{};
+    std::array<double, 3> delta{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double d = ray.direction[axis];
+        const int from = static_cast<int>(std::floor((ray.origin[axis] + span.begin * d) / box.size));
+        cell[a] = std::clamp(from, box.first[a], box.first[a] + box.count[a] - 1);
+        step[a] = d > 0 ? 1 : -1;
+        delta[a] = d == 0 ? kFar : box.size / std::abs(d);
+        next[a] = d == 0 ? kFar : ((cell[a] + (d > 0 ? 1 : 0)) * box.size - ray.origin[axis]) / d;
+    }
+    double t = span.begin;
+    while (t < span.end) {
+        const std::size_t axis = next[0] < next[1] ? (next[0] < next[2] ? 0U : 2U) : (next[1] < next[2] ? 1U : 2U);
+        const double end = std::max(t, std::min(next[axis], span.end));
+        visit(cell, {t, end});
+        t = end;
+        cell[axis] += step[axis];
+        next[axis] += delta[axis];
+        // Rounding at a face may leave a last sliver outside.
+        if (cell[axis] < box.first[axis] || cell[axis] >= box.first[axis] + box.count[axis]) return;
+    }
+}
+
+/// 1 - exp(-depth), without the cost of expm1 where a few terms of its series are as exact.
+double absorbed_share(double depth) {
+    if (depth > 0.01) return -std::expm1(-depth);
+    return depth * (1 - depth / 2 * (1 - depth / 3 * (1 - depth / 4 * (1 - depth / 5))));
+}
+
 }  // namespace
 
 VoxelLattice VoxelLattice::filling(const Bounds& box, double voxel_um) {
@@ -146,56 +204,24 @@ void VoxelTally::add_point(Vec3 position_um, int field, double amount, Rng& rng)
 
 void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
                             const std::vector<Share>& shares, Rng& rng) {
-    const Vec3 origin = index_from_world_.point(ray.origin) + Vec3{0.5, 0.5, 0.5};
-    const Vec3 direction = index_from_world_.direction(ray.direction);
-    const std::array<int, 3> first = {first_.x * kBrick, first_.y * kBrick, first_.z * kBrick};
-    const std::array<int, 3> count = {count_.x * kBrick, count_.y * kBrick, count_.z * kBrick};
-    Interval span{0, length_um};
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        const double low = first[a] - origin[axis];
-        const double high = low + count[a];
-        if (direction[axis] == 0) {
-            if (low > 0 || high <= 0) return;
-            continue;
-        }
-        const double t0 = low / direction[axis];
-        const double t1 = high / direction[axis];
-        span = {std::max(span.begin, std::min(t0, t1)), std::min(span.end, std::max(t0, t1))};
-    }
+    const Ray in_voxels{index_from_world_.point(ray.origin) + Vec3{0.5, 0.5, 0.5},
+                        index_from_world_.direction(ray.direction)};
+    const CellBox bricks{{first_.x, first_.y, first_.z}, {count_.x, count_.y, count_.z}, kBrick};
+    const Interval span = inside(bricks, in_voxels, {0, length_um});
     if (span.empty()) return;
-    // Amanatides & Woo, Eurographics 1987.
-    std::array<int, 3> cell{};
-    std::array<int, 3> step{};
-    std::array<double, 3> next{};
-    std::array<double, 3> delta{};
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        const double d = direction[axis];
-        const int from = static_cast<int>(std::floor(origin[axis] + span.begin * d));
-        cell[a] = std::clamp(from, first[a], first[a] + count[a] - 1);
-        step[a] = d > 0 ? 1 : -1;
-        delta[a] = d == 0 ? kFar : 1 / std::abs(d);
-        next[a] = d == 0 ? kFar : (cell[a] + (d > 0 ? 1 : 0) - origin[axis]) / d;
-    }
-    double t = span.begin;
-    double here = absorption > 0 ? weight * std::exp(-absorption * t) : weight;
-    while (t < span.end) {
-        const std::size_t axis = next[0] < next[1] ? (next[0] < next[2] ? 0U : 2U) : (next[1] < next[2] ? 1U : 2U);
-        const double end = std::min(next[axis], span.end);
-        const double inside = std::max(0.0, end - t);
-        const double lost = absorption > 0 ? -here * std::expm1(-absorption * inside) : 0;
-        const double integral = absorption > 0 ? lost / absorption : here * inside;
-        const std::int64_t at = slot(cell[0], cell[1], cell[2]);
-        if (at >= 0) {
+    march(bricks, in_voxels, span, [&](const std::array<int, 3>& brick, Interval in_brick) {
+        if (slot(kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]) < 0) return;
+        double here = absorption > 0 ? weight * std::exp(-absorption * in_brick.begin) : weight;
+        const CellBox voxels{{kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]}, {kBrick, kBrick, kBrick}, 1};
+        march(voxels, in_voxels, in_brick, [&](const std::array<int, 3>& voxel, Interval in_voxel) {
+            const double lost = here * absorbed_share(absorption * in_voxel.length());
+            const double integral = absorption > 0 ? lost / absorption : here * in_voxel.length();
+            const std::int64_t at = slot(voxel[0], voxel[1], voxel[2]);
             for (const Share& share : shares)
                 add(at, share.field, share.factor * integral, rng);
-        }
-        here -= lost;
-        t = std::max(t, end);
-        cell[axis] += step[axis];
-        next[axis] += delta[axis];
-    }
+            here -= lost;
+        });
+    });
 }
 
 double VoxelTally::at(Vec3 position_um, int field) const {
