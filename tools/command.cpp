@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <iostream>
+#include <system_error>
 #include <utility>
 
 namespace fluovox::tools {
@@ -56,6 +58,7 @@ bool CommandLine::parse(const std::vector<std::string>& arguments) try {
     in_order_ = parsed.options;
     po::store(parsed, values_);
     po::notify(values_);
+    keep_inputs();
     if (common_.threads < 0) fail("--threads must not be negative");
     if (common_.threads > 0) limit_threads(common_.threads);
     static constexpr std::array kProgress = {"auto", "bar", "plain", "none"};
@@ -65,6 +68,20 @@ bool CommandLine::parse(const std::vector<std::string>& arguments) try {
     return true;
 } catch (const po::error& e) {
     fail(e.what());
+}
+
+// A slip of the hand must not replace a mesh by its voxels.
+void CommandLine::keep_inputs() const {
+    static constexpr std::array kOutputs = {"output", "report", "preview", "plot", "p-values"};
+    for (const auto& to : in_order_) {
+        if (std::find(kOutputs.begin(), kOutputs.end(), to.string_key) == kOutputs.end() || to.value.empty()) continue;
+        for (const auto& from : in_order_) {
+            std::error_code missing;
+            if (from.position_key < 0 || from.value.empty()) continue;
+            if (std::filesystem::equivalent(to.value.front(), from.value.front(), missing))
+                fail(to.value.front() + ": is an input; give --" + to.string_key + " another name");
+        }
+    }
 }
 
 void CommandLine::fail(const std::string& message) const {

@@ -60,6 +60,8 @@ public:
     [[noreturn]] void fail(const std::string& message) const;
 
 private:
+    void keep_inputs() const;
+
     std::string usage_;
     std::string examples_;
     po::options_description options_{"Options"};
