@@ -426,6 +426,8 @@ bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments
     if (values.count("dye") == 0 && !circuit && !segmentation)
         line.fail("which dye? add --dye NAME=CONCENTRATION, for example --dye EGFP=5uM");
     request.output = values["output"].as<std::string>();
+    if (std::filesystem::path(request.output).extension() != ".vdb")
+        line.fail("the grids go into an OpenVDB file: -o OUT.vdb");
     if (values.count("report") != 0) request.report = values["report"].as<std::string>();
     if (values.count("mesh-unit") != 0) request.um_per_unit = mesh_unit(line, values["mesh-unit"].as<std::string>());
     if (segmentation) {

@@ -139,6 +139,7 @@ TEST_F(VoxelizeCommand, AnInputIsNeverTheOutput) {
     const std::string mesh = read("box.obj");
     const ProgramResult result =
         run({"voxelize", "box.obj", "-o", "./box.obj", "--dye", "EGFP=5uM", "--voxel-size", "1um"});
+    EXPECT_EQ(run({"voxelize", "box.obj", "-o", "a.png", "--dye", "EGFP=5uM", "--voxel-size", "1um"}).exit_code, 2);
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_TRUE(found("box.obj: is an input; give --output another name", result.err)) << result.err;
     EXPECT_EQ(read("box.obj"), mesh);

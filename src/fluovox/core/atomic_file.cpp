@@ -35,6 +35,9 @@ void require_writable(const fs::path& path) {
         throw OutputError(path.string() + ": the folder " + folder.string() + " does not exist");
     }
     if (fs::is_directory(path, ignored)) throw OutputError(path.string() + ": is a folder");
+    if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
+        throw OutputError(path.string() + ": is not a file that can be replaced (a device or a pipe)");
+    }
     if (::access(folder.c_str(), W_OK) != 0) {
         throw OutputError(path.string() + ": cannot write in " + folder.string() + ": " + std::strerror(errno));
     }
