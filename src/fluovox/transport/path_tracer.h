@@ -54,7 +54,8 @@ public:
     /// on from where they find dye.
     PathTracer(const Scene& scene, const Illumination& illumination, const ExcitationCache* cache = nullptr);
 
-    /// One unbiased estimate of the radiance that arrives at the origin of `ray` from its direction.
+    /// One estimate, unbiased but for what a cache brings in, of the radiance that arrives at the origin of `ray` from
+    /// its direction.
     void estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRadiance& result);
 
     /// The media at a laser line of `illumination`.
