@@ -70,7 +70,7 @@ std::size_t count_bad_edges(const Mesh& mesh) {
     std::size_t bad = 0;
     const EdgeUses uses = sorted_edge_uses(mesh);
     for_each_edge(uses, [&](std::size_t first, std::size_t last) {
-        const bool good = last - first == 2 && uses[first].forward != uses[first + 1].forward;
+        const bool good = last - first == 2 && uses[first].forward() != uses[first + 1].forward();
         if (!good) ++bad;
     });
     return bad;

@@ -8,18 +8,21 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace fluovox {
 
-/// Calls `work(begin, end)` for consecutive ranges of `items` in parallel; returns what each gave, in order.
+inline constexpr std::size_t kItemsPerChunk = 16384;
+
+/// Calls `work(begin, end)` for consecutive ranges of `items` in parallel, each kItemsPerChunk long but the last;
+/// returns what each gave, in order.
 template <class Work>
 auto map_chunks(std::size_t items, const Work& work) {
-    constexpr std::size_t kChunk = 16384;
-    const std::size_t chunks = (items + kChunk - 1) / kChunk;
+    const std::size_t chunks = (items + kItemsPerChunk - 1) / kItemsPerChunk;
     std::vector<decltype(work(items, items))> results(chunks);
     tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
-        results[chunk] = work(chunk * kChunk, std::min(items, (chunk + 1) * kChunk));
+        results[chunk] = work(chunk * kItemsPerChunk, std::min(items, (chunk + 1) * kItemsPerChunk));
     });
     return results;
 }
@@ -35,6 +38,15 @@ double sum_of(std::size_t items, const Value& value) {
              return some;
          }))
         sum += part;
+    return sum;
+}
+
+/// Turns counts into the places where what was counted begins; returns their sum.
+template <class Counts>
+std::size_t counts_to_places(Counts& counts) {
+    std::size_t sum = 0;
+    for (auto& count : counts)
+        count = std::exchange(sum, sum + count);
     return sum;
 }
 

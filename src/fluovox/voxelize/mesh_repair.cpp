@@ -31,7 +31,7 @@ void count_edges(const EdgeUses& uses, MeshReport& report) {
              for_each_edge(uses, begin, end, [&](std::size_t first, std::size_t last) {
                  if (last - first == 1) ++counts.boundary;
                  if (last - first > 2) ++counts.nonmanifold;
-                 if (last - first == 2 && uses[first].forward == uses[first + 1].forward) ++counts.misoriented;
+                 if (last - first == 2 && uses[first].forward() == uses[first + 1].forward()) ++counts.misoriented;
              });
              return counts;
          })) {
@@ -47,7 +47,8 @@ void agree_with_neighbours(Mesh& mesh, EdgeUses& uses, MeshReport& report) {
     ParitySets sets(mesh.triangles.size());
     for_each_edge(uses, [&](std::size_t first, std::size_t last) {
         if (last - first != 2) return;
-        sets.merge(uses[first].triangle, uses[first + 1].triangle, uses[first].forward == uses[first + 1].forward);
+        sets.merge(uses[first].triangle(), uses[first + 1].triangle(),
+                   uses[first].forward() == uses[first + 1].forward());
     });
     std::vector<double> balance(mesh.triangles.size(), 0.0);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -64,22 +65,40 @@ void agree_with_neighbours(Mesh& mesh, EdgeUses& uses, MeshReport& report) {
     uses = sorted_edge_uses(mesh);
 }
 
-/// Numbers the parts that hang together by edges; returns how many there are.
-std::uint32_t number_components(const Mesh& mesh, const EdgeUses& uses, std::vector<std::uint32_t>& component) {
+/// Numbers the parts that hang together by edges; returns the first triangle of each.
+std::vector<std::uint32_t> number_components(const Mesh& mesh, const EdgeUses& uses,
+                                             std::vector<std::uint32_t>& component) {
     JoinedSets sets(mesh.triangles.size());
     map_chunks(uses.size(), [&](std::size_t begin, std::size_t end) {
         for_each_edge(uses, begin, end, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first + 1; i < last; ++i)
-                sets.join(uses[first].triangle, uses[i].triangle);
+                sets.join(uses[first].triangle(), uses[i].triangle());
         });
         return 0;
     });
     component.resize(mesh.triangles.size());
-    for_items(component.size(), [&](std::size_t t) { component[t] = sets.find(static_cast<std::uint32_t>(t)); });
-    std::uint32_t count = 0;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        component[t] = component[t] == t ? count++ : component[component[t]];  // the root is the lowest of its set
-    return count;
+    std::vector<std::uint32_t> firsts;
+    for (const auto& some : map_chunks(component.size(), [&](std::size_t begin, std::size_t end) {
+             std::vector<std::uint32_t> found;
+             for (std::size_t t = begin; t < end; ++t) {
+                 component[t] = sets.find(static_cast<std::uint32_t>(t));
+                 if (component[t] == t) found.push_back(component[t]);
+             }
+             return found;
+         }))
+        firsts.insert(firsts.end(), some.begin(), some.end());
+    map_chunks(component.size(), [&](std::size_t begin, std::size_t end) {
+        std::size_t last = 0;  // triangles of one part mostly follow each other
+        for (std::size_t t = begin; t < end; ++t) {
+            if (firsts[last] != component[t]) {
+                const auto at = std::lower_bound(firsts.begin(), firsts.end(), component[t]);
+                last = static_cast<std::size_t>(at - firsts.begin());
+            }
+            component[t] = static_cast<std::uint32_t>(last);
+        }
+        return 0;
+    });
+    return firsts;
 }
 
 /// Whether a fan over the loop is as good as the surface that is missing: the loop is nearly plane.
@@ -218,11 +237,13 @@ Part measure(const Mesh& mesh, const Mesh::Triangle& t, const Vec3& origin) {
     return part;
 }
 
-std::vector<Part> measure_parts(const Mesh& mesh, const std::vector<std::uint32_t>& component, std::uint32_t count) {
-    std::vector<Vec3> origins(count);
-    for (std::size_t t = mesh.triangles.size(); t-- > 0;)
-        origins[component[t]] = mesh.vertices[mesh.triangles[t][0]];
-    std::vector<Part> parts(count);
+/// `firsts`: one triangle of each part.
+std::vector<Part> measure_parts(const Mesh& mesh, const std::vector<std::uint32_t>& component,
+                                const std::vector<std::uint32_t>& firsts) {
+    std::vector<Vec3> origins;
+    for (const std::uint32_t t : firsts)
+        origins.push_back(mesh.vertices[mesh.triangles[t][0]]);
+    std::vector<Part> parts(firsts.size());
     for (const auto& some : map_chunks(mesh.triangles.size(), [&](std::size_t begin, std::size_t end) {
              // Triangles of one part mostly follow each other.
              std::unordered_map<std::uint32_t, Part> found;
@@ -240,9 +261,10 @@ std::vector<Part> measure_parts(const Mesh& mesh, const std::vector<std::uint32_
 }
 
 /// Turns parts that face inwards though nothing encloses them, and what lies inside them.
-void face_outwards(SolidMesh& solid, const std::vector<std::uint32_t>& component, std::uint32_t count) {
+void face_outwards(SolidMesh& solid, const std::vector<std::uint32_t>& component,
+                   const std::vector<std::uint32_t>& firsts) {
     Mesh& mesh = solid.mesh;
-    const auto parts = measure_parts(mesh, component, count);
+    const auto parts = measure_parts(mesh, component, firsts);
     if (std::none_of(parts.begin(), parts.end(), [](const Part& p) { return p.volume < 0; })) return;
     // A point just right of a part's rightmost vertex is outside that part, so what winds around it are the others.
     std::vector<Vec3> beside;
@@ -251,8 +273,8 @@ void face_outwards(SolidMesh& solid, const std::vector<std::uint32_t>& component
         beside.push_back(part.rightmost + Vec3{step, 0.37 * step, 0.23 * step});
     }
     const std::vector<int> around = winding_along_x(mesh, beside);
-    std::vector<std::uint8_t> turn(count, 0);
-    for (std::uint32_t i = 0; i < count; ++i) {
+    std::vector<std::uint8_t> turn(parts.size(), 0);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
         // Inside something that is itself inside out: the whole nest is turned.
         turn[i] = static_cast<std::uint8_t>(around[i] < 0 || (around[i] == 0 && parts[i].volume < 0));
         if (turn[i] != 0) ++solid.report.flipped_components;
@@ -279,11 +301,11 @@ SolidMesh make_solid(const Mesh& mesh) {
     count_edges(uses, report);
     agree_with_neighbours(solid.mesh, uses, report);
     std::vector<std::uint32_t> component;
-    const std::uint32_t components = number_components(solid.mesh, uses, component);
-    report.components = components;
+    const std::vector<std::uint32_t> firsts = number_components(solid.mesh, uses, component);
+    report.components = firsts.size();
     solid.first_cap = solid.mesh.triangles.size();
     add_caps(solid, uses, component);
-    face_outwards(solid, component, components);
+    face_outwards(solid, component, firsts);
     report.volume_um3 = signed_volume(solid.mesh);
     return solid;
 }

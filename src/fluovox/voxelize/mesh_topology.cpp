@@ -62,6 +62,78 @@ std::vector<std::uint8_t> used_vertices(const Mesh& mesh) {
     return used;
 }
 
+using VertexNumbers = std::vector<std::uint32_t, UnsetAllocator<std::uint32_t>>;
+
+/// New numbers of vertices, the same for all at one place.
+struct Numbering {
+    VertexNumbers number;  // meaningless for vertices not in use
+    std::size_t count = 0;
+    std::size_t others = 0;  // vertices in use beyond the first of their place
+};
+
+/// `first`: for each vertex the first at its place, or kNone.
+Numbering number_first(const VertexNumbers& first) {
+    Numbering numbering;
+    const std::size_t vertices = first.size();
+    auto others = map_chunks(vertices, [&](std::size_t begin, std::size_t end) {
+        std::size_t some = 0;
+        for (std::size_t v = begin; v < end; ++v)
+            some += first[v] != v && first[v] != kNone ? 1 : 0;
+        return some;
+    });
+    auto places = map_chunks(vertices, [&](std::size_t begin, std::size_t end) {
+        std::size_t some = 0;
+        for (std::size_t v = begin; v < end; ++v)
+            some += first[v] == v ? 1 : 0;
+        return some;
+    });
+    numbering.others = counts_to_places(others);
+    numbering.count = counts_to_places(places);
+    numbering.number.resize(vertices);
+    map_chunks(vertices, [&](std::size_t begin, std::size_t end) {
+        auto next = static_cast<std::uint32_t>(places[begin / kItemsPerChunk]);
+        for (std::size_t v = begin; v < end; ++v)
+            if (first[v] == v) numbering.number[v] = next++;
+        return 0;
+    });
+    if (numbering.others == 0) return numbering;
+    for_items(vertices, [&](std::size_t v) {
+        if (first[v] != v && first[v] != kNone) numbering.number[v] = numbering.number[first[v]];
+    });
+    return numbering;
+}
+
+/// Calls `visit` with the uses of edges by the triangles from `begin` to `end`.
+template <class Visit>
+void for_edge_uses(const Mesh& mesh, std::size_t begin, std::size_t end, Visit&& visit) {
+    for (std::size_t t = begin; t < end; ++t) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint32_t from = mesh.triangles[t][i];
+            const std::uint32_t to = mesh.triangles[t][(i + 1) % 3];
+            const std::uint32_t use = static_cast<std::uint32_t>(t) << 1U | (from < to ? 1U : 0U);
+            visit(EdgeUse{std::min(from, to), std::max(from, to), use});
+        }
+    }
+}
+
+/// Sorts uses of edges whose lower vertices are `vertices` many from `first_vertex` on.
+void sort_uses(EdgeUse* begin, EdgeUse* end, std::uint32_t first_vertex, std::size_t vertices) {
+    const EdgeUses unsorted(begin, end);
+    std::vector<std::size_t> places(vertices, 0);
+    for (const EdgeUse& use : unsorted)
+        ++places[use.low - first_vertex];
+    counts_to_places(places);
+    for (const EdgeUse& use : unsorted)
+        begin[places[use.low - first_vertex]++] = use;
+    // Each place is now the end of its vertex's edges, which are few.
+    const auto key = [](const EdgeUse& use) { return std::uint64_t{use.high} << 32U | use.use; };
+    EdgeUse* from = begin;
+    for (const std::size_t place : places) {
+        std::sort(from, begin + place, [&](const EdgeUse& a, const EdgeUse& b) { return key(a) < key(b); });
+        from = begin + place;
+    }
+}
+
 /// A directed edge of the loops to be found.
 struct Step {
     std::uint32_t component = 0;
@@ -79,14 +151,14 @@ std::vector<Step> closing_steps(const EdgeUses& uses, const std::vector<std::uin
              std::vector<Step> found;
              std::vector<std::pair<std::uint32_t, int>> net;  // component, forward minus backward
              for_each_edge(uses, begin, end, [&](std::size_t first, std::size_t last) {
-                 const bool paired = last - first == 2 && uses[first].forward != uses[first + 1].forward;
-                 if (paired && components[uses[first].triangle] == components[uses[first + 1].triangle]) return;
+                 const bool paired = last - first == 2 && uses[first].forward() != uses[first + 1].forward();
+                 if (paired && components[uses[first].triangle()] == components[uses[first + 1].triangle()]) return;
                  net.clear();
                  for (std::size_t i = first; i < last; ++i) {
-                     const std::uint32_t component = components[uses[i].triangle];
+                     const std::uint32_t component = components[uses[i].triangle()];
                      auto entry = std::find_if(net.begin(), net.end(), [&](auto& n) { return n.first == component; });
                      if (entry == net.end()) entry = net.insert(entry, {component, 0});
-                     entry->second += uses[i].forward ? 1 : -1;
+                     entry->second += uses[i].forward() ? 1 : -1;
                  }
                  for (const auto& [component, count] : net) {
                      const Step step = count > 0 ? Step{component, uses[first].high, uses[first].low}
@@ -126,22 +198,16 @@ WeldedMesh weld(const Mesh& mesh) {
     const std::size_t vertices = mesh.vertices.size();
     const std::vector<std::uint8_t> used = used_vertices(mesh);
     VertexWelder welder(mesh.vertices);
-    std::vector<std::size_t> slots(vertices);
+    std::vector<std::size_t, UnsetAllocator<std::size_t>> slots(vertices);
     for_items(vertices, [&](std::size_t v) {
         if (used[v] != 0) slots[v] = welder.add(static_cast<std::uint32_t>(v));
     });
-    std::vector<std::uint32_t> first(vertices, kNone);
-    for_items(vertices, [&](std::size_t v) {
-        if (used[v] != 0) first[v] = welder.first(slots[v]);
-    });
-    std::vector<std::uint32_t> number(vertices, kNone);
-    std::uint32_t count = 0;
-    for (std::size_t v = 0; v < vertices; ++v) {
-        if (first[v] == kNone) continue;
-        if (first[v] != v) ++welded.welded_vertices;
-        number[v] = first[v] == v ? count++ : number[first[v]];
-    }
-    welded.mesh.vertices.resize(count);
+    VertexNumbers first(vertices);
+    for_items(vertices, [&](std::size_t v) { first[v] = used[v] != 0 ? welder.first(slots[v]) : kNone; });
+    const Numbering numbering = number_first(first);
+    welded.welded_vertices = numbering.others;
+    const auto& number = numbering.number;
+    welded.mesh.vertices.resize(numbering.count);
     for_items(vertices, [&](std::size_t v) {
         if (first[v] == v) welded.mesh.vertices[number[v]] = mesh.vertices[v];
     });
@@ -162,36 +228,34 @@ WeldedMesh weld(const Mesh& mesh) {
 }
 
 EdgeUses sorted_edge_uses(const Mesh& mesh) {
-    // By the lower vertex first, each of which has few edges.
-    std::vector<std::atomic<std::size_t>> places(mesh.vertices.size());
-    const auto edge = [&](std::size_t t, std::size_t i) {
-        const std::uint32_t from = mesh.triangles[t][i];
-        const std::uint32_t to = mesh.triangles[t][(i + 1) % 3];
-        return EdgeUse{std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(t), from < to};
-    };
-    for_items(mesh.triangles.size(), [&](std::size_t t) {
-        for (std::size_t i = 0; i < 3; ++i)
-            places[edge(t, i).low].fetch_add(1, std::memory_order_relaxed);
-    });
+    // Dealt out by ranges of the lower vertex first, each range then sorted by itself: every thread writes to places of
+    // its own, and a range fits into the cache.
+    constexpr std::size_t kFewVertices = 8192;
+    constexpr std::size_t kMostRanges = 256;
+    const std::size_t vertices = mesh.vertices.size();
+    const std::size_t range = std::max(kFewVertices, vertices / kMostRanges + 1);
+    const std::size_t ranges = vertices / range + 1;
+    std::vector<std::vector<std::size_t>> places =
+        map_chunks(mesh.triangles.size(), [&](std::size_t begin, std::size_t end) {
+            std::vector<std::size_t> counts(ranges, 0);
+            for_edge_uses(mesh, begin, end, [&](const EdgeUse& use) { ++counts[use.low / range]; });
+            return counts;
+        });
+    std::vector<std::size_t> bounds(ranges + 1, 0);
     std::size_t sum = 0;
-    for (auto& place : places) {
-        const std::size_t count = place.load(std::memory_order_relaxed);
-        place.store(sum, std::memory_order_relaxed);
-        sum += count;
+    for (std::size_t i = 0; i < ranges; ++i) {
+        for (auto& chunk : places)
+            chunk[i] = std::exchange(sum, sum + chunk[i]);
+        bounds[i + 1] = sum;
     }
     EdgeUses uses(sum);
-    for_items(mesh.triangles.size(), [&](std::size_t t) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            const EdgeUse use = edge(t, i);
-            uses[places[use.low].fetch_add(1, std::memory_order_relaxed)] = use;
-        }
+    map_chunks(mesh.triangles.size(), [&](std::size_t begin, std::size_t end) {
+        std::vector<std::size_t>& place = places[begin / kItemsPerChunk];
+        for_edge_uses(mesh, begin, end, [&](const EdgeUse& use) { uses[place[use.low / range]++] = use; });
+        return 0;
     });
-    // Each place is now the end of its vertex's edges.
-    for_items(places.size(), [&](std::size_t v) {
-        const auto at = [&](std::size_t place) { return uses.begin() + static_cast<std::ptrdiff_t>(place); };
-        std::sort(at(v == 0 ? 0 : places[v - 1].load()), at(places[v].load()), [](const EdgeUse& a, const EdgeUse& b) {
-            return std::tie(a.high, a.triangle, a.forward) < std::tie(b.high, b.triangle, b.forward);
-        });
+    tbb::parallel_for(std::size_t{0}, ranges, [&](std::size_t i) {
+        sort_uses(uses.data() + bounds[i], uses.data() + bounds[i + 1], static_cast<std::uint32_t>(i * range), range);
     });
     return uses;
 }

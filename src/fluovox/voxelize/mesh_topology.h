@@ -14,12 +14,14 @@
 
 namespace fluovox {
 
-/// The use of an edge by one triangle.
+/// The use of an edge by one triangle; triangles have numbers below 2^31.
 struct EdgeUse {
     std::uint32_t low, high;  ///< its vertices
-    std::uint32_t triangle;
-    bool forward;  ///< the triangle runs from `low` to `high`
+    std::uint32_t use;        ///< triangle and direction
 
+    std::uint32_t triangle() const { return use >> 1U; }
+    /// The triangle runs from `low` to `high`.
+    bool forward() const { return (use & 1U) != 0; }
     bool same_edge(const EdgeUse& other) const { return low == other.low && high == other.high; }
 };
 

@@ -271,14 +271,15 @@ private:
 
 double estimate_grid_bytes(const Mesh& mesh, double voxel_size_um) {
     const double side = kBlockSide * voxel_size_um;
-    const double blocks = 8 + sum_of(mesh.triangles.size(), [&](std::size_t number) {
-                              const auto& t = mesh.triangles[number];
-                              const Vec3& a = mesh.vertices[t[0]];
-                              const Vec3& b = mesh.vertices[t[1]];
-                              const Vec3& c = mesh.vertices[t[2]];
-                              const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-                              return blocks_of_surface(length(cross(b - a, c - a)) / 2, longest, side);
-                          });
+    const double blocks =
+        8 + sum_of(mesh.triangles.size(), [&](std::size_t number) {
+            const auto& t = mesh.triangles[number];
+            const Vec3& a = mesh.vertices[t[0]];
+            const Vec3& b = mesh.vertices[t[1]];
+            const Vec3& c = mesh.vertices[t[2]];
+            const double longest = std::sqrt(std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)}));
+            return blocks_of_surface(length(cross(b - a, c - a)) / 2, longest, side);
+        });
     return kLeafBytes * std::min(blocks, blocks_of_box(mesh_bounds(mesh), side));
 }
 
