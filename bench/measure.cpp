@@ -2,21 +2,34 @@
 
 #include "fluovox/core/memory.h"
 #include "fluovox/core/rng.h"
+#include "fluovox/core/vec.h"
 
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <numbers>
 #include <stdexcept>
 #include <vector>
 
 namespace fluovox::bench {
 namespace {
+
+double cpu_seconds() {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    const auto seconds = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
 
 Figures in_own_process(int threads, const std::function<Figures()>& work) {
     int ends[2];  // NOLINT(*-avoid-c-arrays): pipe wants one
@@ -69,6 +82,58 @@ double seconds_of(const std::function<void()>& work) {
     const auto begin = std::chrono::steady_clock::now();
     work();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+void time_into(Figures& figures, const std::function<void()>& work) {
+    const double before = cpu_seconds();
+    figures["seconds"] = seconds_of(work);
+    figures["cpu"] = cpu_seconds() - before;
+}
+
+double resident_bytes() {
+    std::ifstream in("/proc/self/statm");
+    double pages = 0;
+    double resident = 0;
+    in >> pages >> resident;
+    return resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+double plain_cube_rate() {
+    constexpr int kPhotons = 60'000;
+    constexpr double kSize = 60, kScattering = 1, kAbsorption = 0.005, kG = 0.01;
+    double absorbed = 0;
+    Figures figures;
+    time_into(figures, [&] {
+        for (int i = 0; i < kPhotons; ++i) {
+            Rng rng(7, static_cast<std::uint64_t>(i), 1);
+            Vec3 p{30, 30, 0};
+            Vec3 d{0, 0, 1};
+            double weight = 1;
+            for (;;) {
+                const double step = rng.exponential() / kScattering;
+                double wall = step;
+                for (int axis = 0; axis < 3; ++axis) {
+                    if (d[axis] != 0) wall = std::min(wall, ((d[axis] > 0 ? kSize : 0) - p[axis]) / d[axis]);
+                }
+                const double left = weight * std::exp(-kAbsorption * wall);
+                absorbed += weight - left;
+                weight = left;
+                if (wall < step) break;
+                p = p + wall * d;
+                if (weight < 0.1) {
+                    if (rng.uniform() >= 0.2) break;
+                    weight *= 5;
+                }
+                const double f = (1 - kG * kG) / (1 - kG + 2 * kG * rng.uniform());
+                const double cosine = (1 + kG * kG - f * f) / (2 * kG);
+                const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+                const double azimuth = 2 * std::numbers::pi * rng.uniform();
+                const Frame frame = Frame::around(d);
+                d = frame.to_world({sine * std::cos(azimuth), sine * std::sin(azimuth), cosine});
+            }
+        }
+    });
+    return absorbed > 0 ? kPhotons / figures["cpu"] / 1e3 : 0;
 }
 
 double plain_loop_rate() {

@@ -1,7 +1,11 @@
 #!/usr/bin/env bash
-# Prints speed and memory of the main job: medians of runs on this machine, to be compared as ratios within one run.
-# Asserts nothing. Installs what is missing (see cmake/packages.txt).
+# Prints speed and memory as one table: medians of runs on this machine, each with its target where it has one, and how
+# many targets are met; exit 1 where one is missed. Installs what is missing (see cmake/packages.txt).
+#   ./tools/bench.sh                    all rows, in a few minutes
+#   ./tools/bench.sh --json bench.json  and the figures for a script
+#   ./tools/bench.sh --only photons     one group: elastic, photons, neuron, fluorescence
+#   ./tools/bench.sh --write FOLDER     only the scenes, for `fluovox render`
 set -euo pipefail
 cd "$(dirname "$0")/.."
 ./tools/setup.sh fluovox_bench
-build/release/bench/fluovox_bench
+build/release/bench/fluovox_bench "$@"

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "table.h"
+
+#include <filesystem>
+
+namespace fluovox::bench {
+
+/// Writes every scene of the bench that is not a built-in specimen.
+void write_scenes(const std::filesystem::path& folder);
+
+/// Elastic light in fine structures: collisions, paths per second, against plain tracking, growth, memory.
+void report_elastic(const std::filesystem::path& folder, Table& table);
+
+/// Photons from the lights in a plain cube.
+void report_photons(const std::filesystem::path& folder, Table& table);
+
+/// A slice of a light-sheet image, and what carrying many wavelengths along is worth. `neuron`: folder of the specimen.
+void report_fluorescence(const std::filesystem::path& folder, const std::filesystem::path& neuron, Table& table);
+
+/// The project's own neuron: voxels, set-up, images.
+void report_neuron(const std::filesystem::path& neuron, Table& table);
+
+}  // namespace fluovox::bench
