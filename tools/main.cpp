@@ -1,3 +1,4 @@
+#include "fluovox/core/text.h"
 #include "fluovox/core/version.h"
 
 #include "commands.h"
@@ -62,16 +63,16 @@ int main(int argc, char** argv) {
     try {
         return static_cast<int>(run({argv + 1, argv + argc}));
     } catch (const fluovox::SceneError& e) {
-        std::fprintf(stderr, "%s\n", e.what());
+        std::fprintf(stderr, "%s\n", fluovox::printable(e.what()).c_str());
         return static_cast<int>(e.code());
     } catch (const fluovox::Error& e) {
-        std::fprintf(stderr, "fluovox: error: %s\n", e.what());
+        std::fprintf(stderr, "fluovox: error: %s\n", fluovox::printable(e.what()).c_str());
         return static_cast<int>(e.code());
     } catch (const std::bad_alloc&) {
         std::fputs("fluovox: error: not enough memory\n", stderr);
         return static_cast<int>(ExitCode::Input);
     } catch (const std::exception& e) {
-        std::fprintf(stderr, "fluovox: internal error: %s\n", e.what());
+        std::fprintf(stderr, "fluovox: internal error: %s\n", fluovox::printable(e.what()).c_str());
         return static_cast<int>(ExitCode::Internal);
     }
 }

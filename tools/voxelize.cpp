@@ -1,5 +1,6 @@
 #include "fluovox/core/atomic_file.h"
 #include "fluovox/core/progress.h"
+#include "fluovox/core/text.h"
 #include "fluovox/core/version.h"
 #include "fluovox/voxelize/input_bytes.h"
 #include "fluovox/voxelize/levelset.h"
@@ -164,7 +165,7 @@ ExitCode run_voxelize(const std::vector<std::string>& arguments) {
     if (!parse_voxelize(line, arguments, request)) return ExitCode::Ok;
     const auto progress = make_progress(line.common());
     const auto say = [&](const std::string& remark) {
-        if (!line.common().quiet) fmt::print(stderr, "fluovox: {}\n", remark);
+        if (!line.common().quiet) fmt::print(stderr, "fluovox: {}\n", printable(remark));
     };
     for (const std::string& remark : request.remarks)
         say(remark);

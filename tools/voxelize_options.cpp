@@ -50,7 +50,15 @@ std::vector<std::string> split(const std::string& text, char separator) {
 /// "nm", "um", "8nm": micrometres per unit of the mesh.
 double mesh_unit(const CommandLine& line, const std::string& text) {
     const bool has_number = !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) != 0 || text[0] == '.');
-    return positive_length(line, "--mesh-unit", has_number ? text : "1" + text);
+    double um = 0;
+    try {
+        um = parse_quantity(has_number ? text : "1" + text, Dimension::Length);
+    } catch (const std::invalid_argument&) {
+        line.fail("--mesh-unit: unknown unit \"" + text + "\"; one of " + unit_names(Dimension::Length) +
+                  ", or a number of them such as 8nm");
+    }
+    if (!(um > 0)) line.fail("--mesh-unit " + text + ": must be greater than zero");
+    return um;
 }
 
 /// "0um,0um,0um,10um,20um,5um": two corners.

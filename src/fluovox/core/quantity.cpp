@@ -85,11 +85,11 @@ std::string with_article(std::string_view noun) {
     return (vowel ? "an " : "a ") + std::string(noun);
 }
 
-std::string unit_list(const DimensionInfo& about) {
+std::string unit_list(const DimensionInfo& about, const std::string& separator) {
     std::string names;
     for (const Unit& unit : about.units) {
         if (static_cast<unsigned char>(unit.name.front()) >= 0x80) continue;
-        names += (names.empty() ? "" : " ") + std::string(unit.name);
+        names += (names.empty() ? "" : separator) + std::string(unit.name);
     }
     return names;
 }
@@ -118,7 +118,7 @@ double parse_quantity(std::string_view text, Dimension dimension) {
     const std::string what =
         other.empty() ? fmt::format("\"{}\" is not a unit of {}", unit, about.name)
                       : fmt::format("\"{}\" is {}, not {}", body, with_article(other), with_article(about.name));
-    throw std::invalid_argument(what + " (its units: " + unit_list(about) + ")");
+    throw std::invalid_argument(what + " (its units: " + unit_list(about, " ") + ")");
 }
 
 std::string example_quantity(Dimension dimension, double number) {
@@ -128,6 +128,10 @@ std::string example_quantity(Dimension dimension, double number) {
 
 std::string_view dimension_name(Dimension dimension) {
     return info(dimension).name;
+}
+
+std::string unit_names(Dimension dimension) {
+    return unit_list(info(dimension), ", ");
 }
 
 std::string format_quantity(double value, Dimension dimension) {

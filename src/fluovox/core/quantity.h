@@ -28,6 +28,9 @@ std::string example_quantity(Dimension dimension, double number);
 /// What the dimension is called in messages: "length", "power" ...
 std::string_view dimension_name(Dimension dimension);
 
+/// The names of its units that are typed without effort: "um, nm, mm".
+std::string unit_names(Dimension dimension);
+
 /// `value` (in the dimension's own unit) as a short text that `parse_quantity` reads back exactly.
 std::string format_quantity(double value, Dimension dimension);
 

@@ -18,6 +18,20 @@ char lower(char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
+/// Bytes of the printable UTF-8 character that `text` begins with; 0 when it is none.
+std::size_t printable_length(std::string_view text) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    const unsigned char first = byte(0);
+    if (first < 0x80) return (first >= ' ' && first != 0x7f) || first == '\n' || first == '\t' ? 1 : 0;
+    if (first < 0xc2 || first > 0xf4) return 0;
+    const std::size_t length = first < 0xe0 ? 2 : (first < 0xf0 ? 3 : 4);
+    if (text.size() < length) return 0;
+    for (std::size_t i = 1; i < length; ++i)
+        if ((byte(i) & 0xc0U) != 0x80) return 0;
+    const bool control = first == 0xc2 && byte(1) < 0xa0;
+    return control ? 0 : length;
+}
+
 }  // namespace
 
 std::string load_text(const std::filesystem::path& path) {
@@ -39,6 +53,24 @@ std::string load_text(const std::filesystem::path& path) {
 std::string lower_case(std::string_view text) {
     std::string result(text);
     std::transform(result.begin(), result.end(), result.begin(), lower);
+    return result;
+}
+
+std::string printable(std::string_view text) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string result;
+    while (!text.empty()) {
+        if (const std::size_t length = printable_length(text); length > 0) {
+            result += text.substr(0, length);
+            text.remove_prefix(length);
+            continue;
+        }
+        const auto byte = static_cast<unsigned char>(text.front());
+        result += "\\x";
+        result += kDigits[byte >> 4U];
+        result += kDigits[byte & 15U];
+        text.remove_prefix(1);
+    }
     return result;
 }
 

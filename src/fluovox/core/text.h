@@ -14,6 +14,9 @@ std::string load_text(const std::filesystem::path& path);
 /// ASCII letters in lower case; other bytes as they are.
 std::string lower_case(std::string_view text);
 
+/// `text` as a terminal may show it: bytes that are no printable UTF-8 become `\x1b`; line breaks and tabs stay.
+std::string printable(std::string_view text);
+
 /// Least number of insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`,
 /// without regard to ASCII case (Damerau's distance, restricted: no piece is edited twice).
 std::size_t edit_distance(std::string_view a, std::string_view b);

@@ -34,6 +34,7 @@ Mesh parse_obj(std::string_view bytes, const std::string& name) {
             add_polygon(mesh, corners);
         }
     }
+    if (mesh.triangles.empty()) in.fail_without_triangles(mesh.vertices.size());
     if (largest >= static_cast<long long>(mesh.vertices.size())) {
         in.fail("a face uses vertex " + std::to_string(largest + 1) + ", and there are " +
                 std::to_string(mesh.vertices.size()) + " (is the file truncated?)");
@@ -72,6 +73,7 @@ Mesh parse_off(std::string_view bytes, const std::string& name) {
         }
         add_polygon(mesh, corners);
     }
+    if (mesh.triangles.empty()) in.fail_without_triangles(mesh.vertices.size());
     return mesh;
 }
 

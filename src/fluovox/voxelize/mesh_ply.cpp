@@ -101,11 +101,20 @@ PlyHeader parse_header(TextScanner& in) {
     in.fail("is truncated: its header has no end");
 }
 
+std::string truncated(const PlyElement& element, long long number) {
+    return "is truncated: it ends at \"" + element.name + "\" " + std::to_string(number + 1) + " of " +
+           std::to_string(element.count);
+}
+
 /// Numbers of a binary body, one after the other.
 class BinaryNumbers {
 public:
-    BinaryNumbers(std::string_view bytes, bool big_endian, std::string name)
-        : rest_(bytes), swap_(big_endian != (std::endian::native == std::endian::big)), name_(std::move(name)) {}
+    /// `body` is the end of a file of `file_size` bytes.
+    BinaryNumbers(std::string_view body, std::size_t file_size, bool big_endian, std::string name)
+        : rest_(body),
+          file_size_(file_size),
+          swap_(big_endian != (std::endian::native == std::endian::big)),
+          name_(std::move(name)) {}
 
     double next(PlyType type) {
         switch (type) {
@@ -128,23 +137,33 @@ public:
         }
         return 0;
     }
-    bool next_element() { return !rest_.empty(); }
-    [[noreturn]] void fail(const std::string& message) const { throw InputError(name_ + ": " + message); }
+    void next_element(const PlyElement& element, long long number) {
+        element_ = &element;
+        number_ = number;
+        if (rest_.empty()) fail_truncated();
+    }
+    [[noreturn]] void fail(const std::string& message) const {
+        throw InputError(name_ + ": byte " + std::to_string(file_size_ - rest_.size()) + ": " + message);
+    }
 
 private:
     template <class T>
     T take() {
-        if (rest_.size() < sizeof(T)) fail("is truncated: it ends before its last element");
+        if (rest_.size() < sizeof(T)) fail_truncated();
         std::array<char, sizeof(T)> bytes{};
         std::copy_n(rest_.begin(), sizeof(T), bytes.begin());
         if (swap_) std::reverse(bytes.begin(), bytes.end());
         rest_.remove_prefix(sizeof(T));
         return std::bit_cast<T>(bytes);
     }
+    [[noreturn]] void fail_truncated() const { fail(truncated(*element_, number_)); }
 
     std::string_view rest_;
+    std::size_t file_size_;
     bool swap_;
     std::string name_;
+    const PlyElement* element_ = nullptr;
+    long long number_ = 0;
 };
 
 /// The same of a text body.
@@ -153,7 +172,9 @@ public:
     explicit TextNumbers(TextScanner& in) : in_(in) {}
 
     double next(PlyType /*type*/) { return in_.number(); }
-    bool next_element() { return in_.next_line('\0'); }
+    void next_element(const PlyElement& element, long long number) {
+        if (!in_.next_line('\0')) in_.fail(truncated(element, number));
+    }
     [[noreturn]] void fail(const std::string& message) const { in_.fail(message); }
 
 private:
@@ -172,10 +193,12 @@ std::array<int, 3> find_coordinates(const PlyElement& element) {
     return places;
 }
 
-/// Reads one element's numbers: those of the property `wanted` (a list) into `list`, single ones into `single`.
+/// Reads the numbers of element `number`: those of the property `wanted` (a list) into `list`, single ones into
+/// `single`.
 template <class Numbers>
-void read_element(Numbers& in, const PlyElement& element, std::vector<double>& single, std::vector<double>& list) {
-    if (!in.next_element()) in.fail("is truncated: elements of \"" + element.name + "\" are missing");
+void read_element(Numbers& in, const PlyElement& element, long long number, std::vector<double>& single,
+                  std::vector<double>& list) {
+    in.next_element(element, number);
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
         const PlyProperty& property = element.properties[i];
         if (!property.count_type) {
@@ -200,7 +223,7 @@ void read_vertices(Numbers& in, const PlyElement& element, Mesh& mesh) {
     std::vector<double> single(element.properties.size());
     std::vector<double> list;
     for (long long i = 0; i < element.count; ++i) {
-        read_element(in, element, single, list);
+        read_element(in, element, i, single, list);
         Vec3 vertex;
         for (int axis = 0; axis < 3; ++axis) {
             vertex[axis] = single[static_cast<std::size_t>(places[static_cast<std::size_t>(axis)])];
@@ -216,7 +239,7 @@ void read_faces(Numbers& in, const PlyElement& element, Mesh& mesh, long long ve
     std::vector<double> list;
     std::vector<std::uint32_t> corners;
     for (long long i = 0; i < element.count; ++i) {
-        read_element(in, element, single, list);
+        read_element(in, element, i, single, list);
         corners.clear();
         for (const double index : list) {
             if (!(index >= 0 && index < static_cast<double>(vertices)) || index != std::floor(index)) {
@@ -244,10 +267,11 @@ Mesh read_body(Numbers& in, const PlyHeader& header) {
         } else {
             std::vector<double> single(element.properties.size());
             for (long long i = 0; i < element.count; ++i)
-                read_element(in, element, single, list);
+                read_element(in, element, i, single, list);
         }
     }
-    if (static_cast<long long>(mesh.vertices.size()) != vertices && !mesh.triangles.empty()) {
+    if (mesh.triangles.empty()) in.fail("has no triangles: its header names no faces, or none with three corners");
+    if (static_cast<long long>(mesh.vertices.size()) != vertices) {
         in.fail("its faces use vertices that it does not have");
     }
     return mesh;
@@ -262,7 +286,7 @@ Mesh parse_ply(std::string_view bytes, const std::string& name) {
         TextNumbers numbers(in);
         return read_body(numbers, header);
     }
-    BinaryNumbers numbers(in.rest(), header.format == PlyFormat::BigEndian, name);
+    BinaryNumbers numbers(in.rest(), bytes.size(), header.format == PlyFormat::BigEndian, name);
     return read_body(numbers, header);
 }
 

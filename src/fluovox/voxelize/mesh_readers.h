@@ -4,6 +4,7 @@
 
 #include "fluovox/voxelize/mesh.h"
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,6 +44,8 @@ public:
     std::string_view rest() const { return rest_; }
 
     [[noreturn]] void fail(const std::string& message) const;
+    /// At the end of a file that has vertices at most.
+    [[noreturn]] void fail_without_triangles(std::size_t vertices) const;
 
 private:
     std::string_view rest_;

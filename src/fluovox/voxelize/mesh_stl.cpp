@@ -32,6 +32,7 @@ Mesh parse_binary(std::string_view bytes, const std::string& name) {
         throw InputError(name + ": is truncated or no STL file: it says " + std::to_string(count) +
                          " triangles and has room for " + std::to_string(body / kFacet));
     }
+    if (count == 0) throw InputError(name + ": has no triangles: its count, at byte 80, is 0");
     Mesh mesh;
     for (std::uint32_t i = 0; i < count; ++i) {
         const char* facet = bytes.data() + kHeader + sizeof count + i * kFacet + 3 * sizeof(float);
@@ -73,6 +74,7 @@ Mesh parse_text(std::string_view bytes, const std::string& name) {
         }
     }
     if (!ended) in.fail("is truncated: \"endsolid\" is missing");
+    if (mesh.triangles.empty()) in.fail_without_triangles(mesh.vertices.size());
     return mesh;
 }
 

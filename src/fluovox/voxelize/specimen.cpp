@@ -23,6 +23,7 @@ struct LoadedPart {
     std::vector<Capsule> capsules;
     std::string sha256;
     std::optional<MorphologyReport> morphology;
+    std::string unit_doubt;
 
     Bounds bounds() const {
         Bounds all = mesh_bounds(mesh);
@@ -31,6 +32,28 @@ struct LoadedPart {
         return all;
     }
 };
+
+/// What to say of a part that is larger than any cell, where nobody said what its unit is; empty when it isn't.
+/// `format_um`: what its format takes one unit for; 0: nothing.
+std::string doubt_unit(const SpecimenPart& part, const Bounds& bounds, bool morphology, double format_um) {
+    // Skeletons of axons do run through a whole mouse brain; meshes come from volumes of a millimetre.
+    const double largest_um = morphology ? 2e4 : 5e3;
+    constexpr double kAbsurd_um = 1e6;
+    const Vec3 size = bounds.size();
+    const double longest = std::max({size.x, size.y, size.z});
+    if (part.um_per_unit > 0 || !(longest > largest_um)) return {};
+    const std::string box = fmt::format("its bounding box is {:.6g} x {:.6g} x {:.6g} um", size.x, size.y, size.z);
+    if (format_um > 0) {
+        return fmt::format("{}: {}, since the format counts {:g} um a unit; --mesh-unit um or nm says otherwise",
+                           part.name, box, format_um);
+    }
+    const std::string doubt = fmt::format(
+        "{}: {} when its coordinates are micrometres; neuron meshes are often in nanometres: add --mesh-unit nm, or "
+        "--mesh-unit um if they are micrometres",
+        part.name, box);
+    if (longest > kAbsurd_um) throw InputError(doubt);
+    return doubt;
+}
 
 LoadedPart load_part(const SpecimenPart& part) {
     const std::string bytes = load_bytes(part.file);
@@ -47,6 +70,7 @@ LoadedPart load_part(const SpecimenPart& part) {
         }
         loaded.capsules = std::move(morphology.capsules);
         loaded.morphology = morphology.report;
+        loaded.unit_doubt = doubt_unit(part, loaded.bounds(), true, 0);
         return loaded;
     }
     MeshFile file = parse_mesh(bytes, extension, part.file.string());
@@ -54,6 +78,7 @@ LoadedPart load_part(const SpecimenPart& part) {
     for (Vec3& v : file.mesh.vertices)
         v = part.placement.apply(um * v);
     loaded.mesh = std::move(file.mesh);
+    loaded.unit_doubt = doubt_unit(part, loaded.bounds(), false, file.um_per_unit);
     return loaded;
 }
 
@@ -197,7 +222,7 @@ GroupShapes load_group(const SpecimenGroup& group, const SpecimenSettings& setti
         const auto begin = Clock::now();
         LoadedPart loaded = load_part(part);
         report.reading_seconds += seconds_since(begin);
-        PartReport done{part.name, loaded.sha256, part.label, {}, loaded.morphology, {}};
+        PartReport done{part.name, loaded.sha256, part.label, loaded.unit_doubt, {}, loaded.morphology, {}};
         if (loaded.morphology) {
             shapes.capsules.insert(shapes.capsules.end(), loaded.capsules.begin(), loaded.capsules.end());
         } else {
@@ -285,6 +310,7 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
     std::optional<LabelGrid> labels;
     if (settings.labels) labels.emplace(result.voxel_size_um, settings.overlap);
     int part_number = 0;
+    std::size_t doubts = 0;
     for (const SpecimenGroup& group : groups) {
         if (progress.stopped()) return result;
         FilledGroup filled = fill_group(group, settings, result.voxel_size_um, progress);
@@ -292,6 +318,8 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
             const std::string text =
                 part.morphology ? damage(part.name, *part.morphology) : damage(part.name, part.mesh);
             if (!text.empty()) result.remarks.push_back(text);
+            // Files of one kind share their unit, so one of them stands for all.
+            if (!part.unit_doubt.empty() && doubts++ == 0) result.remarks.push_back(part.unit_doubt);
         }
         if (filled.report.voxels.caps_only) {
             result.remarks.push_back(group.parts.front().name +

@@ -62,6 +62,7 @@ struct PartReport {
     std::string name;
     std::string sha256;
     int label = 0;                               ///< in the grid of labels
+    std::string unit_doubt;                      ///< why the unit of its lengths is hardly the one taken; else empty
     MeshReport mesh;                             ///< of a mesh
     std::optional<MorphologyReport> morphology;  ///< of an SWC or ASC file instead
     std::optional<SegmentReport> segment;        ///< of a label of a segmentation instead

@@ -72,6 +72,11 @@ void TextScanner::fail(const std::string& message) const {
     throw InputError(name_ + ':' + std::to_string(line_number_) + ": " + message);
 }
 
+void TextScanner::fail_without_triangles(std::size_t vertices) const {
+    fail("has no triangles: it ends here, after " + std::to_string(vertices) +
+         " vertices and no faces (is the file truncated?)");
+}
+
 double to_number(std::string_view token, const TextScanner& where) {
     if (token.empty()) where.fail("a number is missing");
     double value = 0;

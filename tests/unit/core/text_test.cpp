@@ -35,6 +35,16 @@ TEST(Text, DidYouMeanIsReadyToAppend) {
     EXPECT_EQ(did_you_mean("qqqqqqq", {"power"}), "");
 }
 
+TEST(Text, WhatATerminalShowsHasNoBytesThatSteerIt) {
+    EXPECT_EQ(printable("0.5 \u00b5m, \u65e5\u672c\n\tnext"), "0.5 \u00b5m, \u65e5\u672c\n\tnext");
+    EXPECT_EQ(printable("\x1b[2J\r"), "\\x1b[2J\\x0d");
+    EXPECT_EQ(printable(std::string_view("a\0b", 3)), "a\\x00b");
+    EXPECT_EQ(printable("\xff\xc3"), "\\xff\\xc3");  // no UTF-8, cut UTF-8
+    EXPECT_EQ(printable("\xc2\x9b"
+                        "2J"),
+              "\\xc2\\x9b2J");  // a control sequence in one character
+}
+
 TEST(Text, LoadingNamesTheFileThatCannotBeRead) {
     EXPECT_THROW(load_text(testing::TempDir()), InputError);
     EXPECT_THROW(load_text(testing::TempDir() + "no-such-file.toml"), InputError);

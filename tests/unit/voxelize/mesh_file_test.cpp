@@ -125,7 +125,7 @@ TEST(MeshFile, MistakesNameTheFileAndTheLine) {
     EXPECT_NE(message("v 0 0 0\nf 1 2 3\n", ".obj").find("uses vertex 3"), std::string::npos);
     EXPECT_NE(message("v 0 0 nan\n", ".obj").find("not finite"), std::string::npos);
     EXPECT_NE(message("", ".obj").find("is empty"), std::string::npos);
-    EXPECT_NE(message("hello", ".obj").find("no triangles"), std::string::npos);
+    EXPECT_NE(message("hello", ".obj").find("m.obj:1: has no triangles"), std::string::npos);
     EXPECT_NE(message("hello", ".ply").find("not a PLY"), std::string::npos);
     EXPECT_NE(message("hello", ".stl").find("not an STL"), std::string::npos);
     EXPECT_NE(message("hello", ".off").find("not an OFF"), std::string::npos);
