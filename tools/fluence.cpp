@@ -166,7 +166,7 @@ void warn_of_what_was_cut(const LightBudget& budget, const char* what) {
     if (cut.value <= kLittle * budget.launched.value || cut.value <= 5 * cut.standard_error) return;
     fmt::print(
         stderr,
-        "warning: {:.2g} % of the {} was cut: it would be reflected inside the same surfaces, or scatter, almost "
+        "warning: {:.3g} % of the {} was cut: it would be reflected inside the same surfaces, or scatter, almost "
         "for ever (or render.max_scatterings stops it)\n",
         100 * cut.value / budget.launched.value, what);
 }

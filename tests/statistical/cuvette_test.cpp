@@ -137,7 +137,7 @@ Scene voxel_cuvette(const Light& light, double uM) {
 TEST(ClearCuvette, VoxelsOfDyeGiveTheIntegralOfTheirTrilinearField) {
     const auto all = lights();
     for (const std::size_t i : {0U, 3U, 7U})
-        compare(voxel_cuvette(all[i].second, 6), all[i].first, kRay, 300000, 0.008, {180, 2500, 1});
+        compare(voxel_cuvette(all[i].second, 6), all[i].first, kRay, 600000, 0.006, {180, 2500, 1});
 }
 
 TEST(ClearCuvette, BrightnessIsLinearInTheConcentrationWhenThinAndSaturatesAsPredictedWhenThick) {

@@ -7,6 +7,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
@@ -26,14 +27,36 @@ FluenceResult trace(const Case& what, std::int64_t photons, std::uint64_t seed) 
     return trace_fluence(what.scene, settings, progress);
 }
 
+constexpr double kOfValue = 1e-3, kOfLaunched = 3e-4;
+
+double size_of(const Case& what) {
+    return what.size > 0 ? what.size : std::abs(what.expected);
+}
+
 }  // namespace
 
 double Outcome::z() const {
     return (got.value - what->expected) / std::hypot(got.standard_error, what->uncertainty);
 }
 
+bool Outcome::fine_in_value() const {
+    return got.standard_error <= kOfValue * size_of(*what);
+}
+
+bool Outcome::fine_in_launched() const {
+    const double scale = what->reaches_sensor ? size_of(*what) / *what->reaches_sensor : what->scale;
+    return got.standard_error <= kOfLaunched * scale;
+}
+
+std::string Outcome::precision() const {
+    if (what->many) return "many values";
+    if (fine_in_value()) return fine_in_launched() ? "both" : "value";
+    if (!fine_in_launched()) return "MISSED";
+    return what->reaches_sensor ? fmt::format("launched ({:.1e} of it seen)", *what->reaches_sensor) : "launched";
+}
+
 Outcome run(const Case& what, std::uint64_t seed) {
-    constexpr double kPilot = 20000, kLeast = 50000, kMost = 3e7;
+    constexpr double kPilot = 20000, kLeast = 50000, kMost = 3e7, kSpare = 1.15;
     const auto begin = std::chrono::steady_clock::now();
     const auto estimate = [&](std::int64_t photons, std::uint64_t number) {
         return what.estimate ? what.estimate(photons, number) : what.measure(trace(what, photons, number));
@@ -41,13 +64,21 @@ Outcome run(const Case& what, std::uint64_t seed) {
     Outcome outcome;
     outcome.what = &what;
     outcome.photons = what.fixed;
-    if (what.fixed == 0) {
-        const Estimate pilot = estimate(static_cast<std::int64_t>(kPilot), seed + 1000000);
-        const double wanted = std::max(1e-3 * std::abs(what.expected), 3e-4 * what.scale) / what.finer;
-        const double needed = 1.15 * kPilot * std::pow(pilot.standard_error / wanted, 2);
-        outcome.photons = static_cast<std::int64_t>(std::clamp(needed, kLeast, kMost));
+    if (what.fixed > 0) {
+        outcome.got = estimate(outcome.photons, seed);
+    } else {
+        const double asked = std::max(kOfValue * size_of(what), kOfLaunched * what.scale) / what.finer;
+        const double wanted = what.aim > 0 ? what.aim : asked;
+        auto before = static_cast<std::int64_t>(kPilot);
+        outcome.got = estimate(before, seed + 1000000);
+        for (std::uint64_t round = 0; round < 3; ++round) {
+            const double needed =
+                kSpare * static_cast<double>(before) * std::pow(outcome.got.standard_error / wanted, 2);
+            outcome.photons = before = static_cast<std::int64_t>(std::clamp(needed, kLeast, kMost));
+            outcome.got = estimate(before, seed + 2000000 * round);
+            if (outcome.got.standard_error <= wanted) break;
+        }
     }
-    outcome.got = estimate(outcome.photons, seed);
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return outcome;
 }

@@ -21,7 +21,12 @@ struct Case {
     std::string source;
     Scene scene;
     std::function<Estimate(const FluenceResult&)> measure;
-    double scale = 1;  ///< of what is measured as a share of the launched, for the precision that is asked
+    double scale = 1;   ///< the number for a share of one of the light launched, for the precision that is asked
+    double size = 0;    ///< the value that the precision is asked of; 0: `expected`
+    double aim = 0;     ///< standard error to run to; 0: that which is asked
+    bool many = false;  ///< many values tested at once, as a deviation whose standard error is 1
+    /// Of pictures: the share of the launched light that reaches the sensor, found on the way. `scale` follows from it.
+    std::shared_ptr<double> reaches_sensor = {};
     FluenceSettings settings = {};
     /// For what is not one run of `scene`: the number with so many photons (or samples) of this seed.
     std::function<Estimate(std::int64_t, std::uint64_t)> estimate = {};
@@ -36,10 +41,16 @@ struct Outcome {
     double seconds = 0;
 
     double z() const;
+    /// Which of the two bounds on the standard error holds: 1e-3 of the value, 3e-4 of the launched, both, or neither.
+    bool fine_in_value() const;
+    bool fine_in_launched() const;
+    bool precise() const { return what->many || fine_in_value() || fine_in_launched(); }
+    std::string precision() const;
 };
 
 /// Runs one case to a standard error of 1e-3 of the value or 3e-4 of the launched, whichever is larger: a short run
-/// tells how many photons that takes, another with other random numbers is the result.
+/// tells how many photons that takes, another with other random numbers is the result (with more of them, should its
+/// standard error still be too large).
 Outcome run(const Case& what, std::uint64_t seed);
 
 std::vector<Case> slab_cases();
@@ -47,6 +58,7 @@ std::vector<Case> geometry_cases();
 std::vector<Case> fluorescence_cases();
 std::vector<Case> layer_cases();
 std::vector<Case> body_cases();
+std::vector<Case> ray_cases();
 /// Plots that cases make on the way, by file name.
 using PlotBook = std::vector<std::pair<std::string, Plot>>;
 std::vector<Case> image_cases(const std::shared_ptr<PlotBook>& plots);

@@ -106,6 +106,7 @@ Case thin_case(const std::string& name, const std::string& dye, const std::share
     result.name = fmt::format("published cuvette of {}, 0.02 uM: response against emission (deviation)", dye);
     result.source = "thin, the response is the emission whatever scatters";
     result.fixed = 400000;
+    result.many = true;
     result.estimate = [=](std::int64_t photons, std::uint64_t seed) {
         const Response response = response_of(cuvette(name, "0.02 uM"), photons, seed);
         plots->push_back({name + "-thin", plot_of(response, dye + ", 0.02 uM: thin")});
@@ -130,7 +131,9 @@ Case thick_case(const std::string& name, const std::string& dye, const std::shar
     Case result;
     result.name = fmt::format("published cuvette of {}, 20 uM: mean wavelength, path less light, nm", dye);
     result.source = "the other estimator";
-    result.fixed = 15000;
+    result.fixed = 60000;
+    result.scale = 0;
+    result.size = 510;  // about the wavelengths themselves
     result.estimate = [=](std::int64_t samples, std::uint64_t seed) {
         const Scene scene = cuvette(name, "20 uM");
         plots->push_back(
@@ -205,7 +208,9 @@ Case beads_case(bool straight, const std::shared_ptr<PlotBook>& plots) {
     result.expected = straight ? 0 : 1;
     result.uncertainty = straight ? 0 : 3e-4;  // the light that beads take from themselves
     result.source = "what was put in";
-    result.fixed = 1000000;
+    result.fixed = 1800000;
+    result.many = straight;
+    result.scale = 0;
     result.estimate = [=](std::int64_t samples, std::uint64_t seed) {
         const Beads beads;
         const Film film = picture(beads.scene, "path", samples, seed);
@@ -282,20 +287,30 @@ Estimate absorbed_in_ball(double h, std::int64_t photons, std::uint64_t seed) {
 }
 
 /// A finite body in voxels is not the body; how the difference goes to zero with their size is plotted, and what is
-/// left at none, by a parabola through the sizes, is the case.
+/// left at none, by a parabola through the three smallest sizes, is the case.
 Case ball_case(const std::shared_ptr<PlotBook>& plots) {
     Case result;
     result.name = "ball in voxels, their size going to zero: absorbed, less that of the ball";
     result.source = "the ball as a region";
-    result.fixed = 1000000;
+    result.uncertainty = 1e-4;  // of the parabola, at the edge where chords vanish
+    result.fixed = 9000000;
     result.estimate = [=](std::int64_t photons, std::uint64_t seed) {
-        const Estimate exact = absorbed_in_ball(0, 4 * photons, seed);
+        const Estimate exact = absorbed_in_ball(0, photons, seed);
         PlotCurve curve{"ball in voxels less ball", {}, {}, {}, {0.1, 0.35, 0.7}};
-        for (const double h : {2.0, 1.0, 0.5}) {
-            const Estimate one = absorbed_in_ball(h, photons, seed + static_cast<std::uint64_t>(100 * h));
+        // Through 4, 2 and 1 to 0; the largest voxels are for the plot only.
+        constexpr std::array kSizes = {2.0, 1.0, 0.5, 0.25};
+        constexpr std::array kWeights = {0.0, 1.0 / 3, -2.0, 8.0 / 3};
+        double at_zero = 0;
+        double variance = std::pow(exact.standard_error, 2);
+        for (std::size_t i = 0; i < kSizes.size(); ++i) {
+            const double h = kSizes.at(i);
+            const std::int64_t count = kWeights.at(i) == 0 ? photons / 10 : photons;
+            const Estimate one = absorbed_in_ball(h, count, seed + static_cast<std::uint64_t>(100 * h));
             curve.x.push_back(h);
             curve.y.push_back(one.value - exact.value);
             curve.error.push_back(std::hypot(one.standard_error, exact.standard_error));
+            at_zero += kWeights.at(i) * curve.y[i];
+            variance += std::pow(kWeights.at(i) * one.standard_error, 2);
         }
         Plot plot;
         plot.title = "What a ball absorbs in voxels, less what it absorbs as a region";
@@ -303,13 +318,6 @@ Case ball_case(const std::shared_ptr<PlotBook>& plots) {
         plot.y_label = "share of the light";
         plot.curves = {curve};
         plots->push_back({"voxel-size", plot});
-        // Through 2, 1 and 1/2 to 0: 1/3, -2, 8/3.
-        const double at_zero = curve.y[0] / 3 - 2 * curve.y[1] + 8 * curve.y[2] / 3;
-        double variance = std::pow(exact.standard_error, 2);
-        for (std::size_t i = 0; i < 3; ++i) {
-            constexpr std::array kWeights = {1.0 / 3, -2.0, 8.0 / 3};
-            variance += std::pow(kWeights.at(i), 2) * (std::pow(curve.error[i], 2) - std::pow(exact.standard_error, 2));
-        }
         return Estimate{at_zero, std::sqrt(variance)};
     };
     return result;

@@ -92,6 +92,21 @@ void add_tissues(std::vector<Case>& cases) {
                        fluorescence_leaves(kFront)));
 }
 
+/// All emission in an infinite medium: what is absorbed of it is what was emitted, wherever it is absorbed.
+Case infinite_integral_case() {
+    const Tissue tissue{0.4, 6, 0.09, 5, 0.25, 0.6, 0.5, 1};
+    Scene scene = tissue_scene(tissue, Everywhere{}, testing::laser(PointLight{{0, 0, 0}}, kExcitation_nm, 1));
+    const double factor = 1 / tissue.absorption_m;
+    Case result = of("point source in dyed tissue: emission fluence over all space",
+                     tissue.yield * tissue.dye / (tissue.absorption_x * tissue.absorption_m), 0,
+                     "yield x dye / (absorption x absorption)", std::move(scene), [factor](const FluenceResult& got) {
+                         const Estimate& all = got.share.emission.absorbed[0];
+                         return Estimate{factor * all.value, factor * all.standard_error};
+                     });
+    result.scale = factor;
+    return result;
+}
+
 /// Emission fluence around a point source in an infinite medium, as what a thin shell absorbs of it.
 Case infinite_case(double r, double expected) {
     constexpr double kHalfWidth = 0.02;
@@ -112,7 +127,8 @@ Case infinite_case(double r, double expected) {
                          const Estimate& shell = got.share.emission.absorbed[2];
                          return Estimate{factor * shell.value, factor * shell.standard_error};
                      });
-    result.scale = expected * 3e-3 / 3e-4;
+    result.scale = factor;
+    result.aim = 1.5e-3 * expected;
     return result;
 }
 
@@ -125,7 +141,9 @@ Case cascade_case(double scattering, double dye, double yield, std::optional<int
     scene.dyes = {flat_dye(dye, 400, 700, kEmitFrom_nm, kEmitTo_nm, yield)};
     scene.description.render.fluorescence_orders = orders;
     return of(fmt::format("cascade in a half space, albedo {}, dye {}, yield {}: {}", scattering, dye, yield,
-                          orders ? "first generation" : "all generations"),
+                          !orders        ? "all generations"
+                          : *orders == 1 ? "first generation"
+                                         : "first two generations"),
               expected, 1e-9, "H-function: fluorescence is extra albedo", std::move(scene),
               fluorescence_leaves(kFront));
 }
@@ -151,8 +169,10 @@ std::vector<Case> fluorescence_cases() {
     cases.push_back(cascade_case(0.9, 0.08, 0.9, std::nullopt, 0.6248877375 - 0.4149474791));
     cases.push_back(cascade_case(0.5, 0.4, 0.5, 1, 0.0709439884));
     cases.push_back(cascade_case(0.5, 0.4, 0.5, std::nullopt, 0.2086799521 - 0.1152258777));
+    cases.push_back(cascade_case(0.3, 0.6, 0.95, 2, 0.2028508));
     add_tissues(cases);
     cases.push_back(infinite_case(0.5, 0.34906490202));
+    cases.push_back(infinite_integral_case());
     return cases;
 }
 

@@ -96,7 +96,8 @@ Case point_case(const std::vector<std::string>& row) {
         const Estimate& shell = r_.share.excitation.absorbed[1];
         return Estimate{factor * shell.value, factor * shell.standard_error};
     };
-    result.scale = result.expected * 2e-3 / 3e-4;  // 2e-3 of the value: far below 3e-4 of the light launched
+    result.scale = factor;
+    result.aim = 1e-3 * result.expected;  // far below 3e-4 of the light launched
     return result;
 }
 

@@ -104,6 +104,7 @@ Case histogram_case(const char* dye, double laser_nm, double uM, double from_nm,
     result.name = fmt::format("spectrum of {}, {} uM through 1 cm (chi-squared as a deviation)", dye, uM);
     result.source = uM < 0.1 ? "the dye's emission" : "emission and reabsorption by quadrature";
     result.fixed = 2000000;
+    result.many = true;
     result.estimate = [filtered](std::int64_t samples, std::uint64_t seed) {
         const Film film = picture(filtered.scene, "light", samples, seed);
         double squares = 0;
@@ -140,6 +141,7 @@ Case red_shift_case() {
     result.expected = mean_nm(thick.expected, kFrom) - thin_nm;
     result.source = "quadrature";
     result.fixed = 40000;
+    result.scale = 0;
     result.estimate = [thick, thin_nm](std::int64_t samples, std::uint64_t seed) {
         Scene scene = thick.scene;  // a path cannot meet a pencil: a beam wider than the picture
         auto& beam = std::get<BeamLight>(scene.lights[0].shape);
@@ -187,11 +189,12 @@ Case unmix_case(bool second) {
     result.expected = kConcentration.at(second ? 1 : 0);
     result.uncertainty = 1e-3 * result.expected;  // thin to one part in a thousand, as are the spectra alone
     result.source = "what was put in";
-    result.fixed = 20000;
+    result.fixed = second ? 120000 : 160000;
+    result.scale = 0;
     result.estimate = [=](std::int64_t samples, std::uint64_t seed) {
         const Scene scene = scene_with(kConcentration[0], kConcentration[1]);
-        const std::vector<double> first_alone = spectrum(scene_with(1e-3, 0), 20 * samples, seed + 5);
-        const std::vector<double> second_alone = spectrum(scene_with(0, 1e-3), 20 * samples, seed + 6);
+        const std::vector<double> first_alone = spectrum(scene_with(1e-3, 0), 4 * samples, seed + 5);
+        const std::vector<double> second_alone = spectrum(scene_with(0, 1e-3), 4 * samples, seed + 6);
         return mean_of_runs(20, seed, [&](std::uint64_t run) {
             const std::vector<double> mixed = spectrum(scene, samples, run);
             // Least squares for two unknowns.
@@ -248,32 +251,54 @@ std::vector<double> smooth_variance(const Film& film, int layer) {
     return smooth;
 }
 
-/// With fewer samples paths are too far from a normal distribution.
-Case pixels_case(int layer) {
+/// All pixels by their chi-squared, or the worst of them corrected for their number. With fewer samples paths are too
+/// far from a normal distribution.
+Case pixels_case(int layer, bool worst) {
     Case result;
-    result.name = fmt::format("path against light in 32 x 32 pixels, {} (chi-squared as a deviation)",
-                              layer == 1 ? "elastic" : "fluorescence");
+    result.name = fmt::format("path against light in 32 x 32 pixels, {} ({} as a deviation)",
+                              layer == 1 ? "elastic" : "fluorescence", worst ? "largest |z|" : "chi-squared");
     result.source = "the other estimator";
     result.fixed = 1200;
-    result.estimate = [layer](std::int64_t samples, std::uint64_t seed) {
+    result.many = true;
+    result.estimate = [=](std::int64_t samples, std::uint64_t seed) {
         const Film path = picture(lit_cube(), "path", samples, seed);
         const Film light = picture(lit_cube(), "light", 6 * samples, seed + 500);
         const std::vector<double> of_path = smooth_variance(path, layer);
         const std::vector<double> of_light = smooth_variance(light, layer);
         double squares = 0;
+        double largest = 0;
         for (int pixel = 0; pixel < path.pixels(); ++pixel) {
             const auto i = static_cast<std::size_t>(pixel);
             const double variance = of_path[i] + of_light[i];
-            squares += std::pow(path.mean(layer, pixel, 0) - light.mean(layer, pixel, 0), 2) / variance;
+            const double square = std::pow(path.mean(layer, pixel, 0) - light.mean(layer, pixel, 0), 2) / variance;
+            squares += square;
+            largest = std::max(largest, std::sqrt(square));
         }
+        constexpr double kNormal = 1e6;  // degrees of freedom
+        if (worst) return deviation_of_largest(largest, path.pixels(), kNormal);
         return deviation_of(squares, path.pixels());
     };
     return result;
 }
 
+/// Watts on a telecentric camera's sensor for an even spectral radiance whose channels add up to one.
+double watts_on_sensor(const Scene& scene) {
+    const Camera& camera = scene.description.camera;
+    const FilmSpec& film = scene.description.film;
+    const double area_m2 = camera.field_um * camera.field_um * camera.width / camera.height / kPerM2;
+    return area_m2 * kPi * std::pow(camera.numerical_aperture, 2) * (film.to_nm - film.from_nm) /
+           static_cast<double>(film.channels.size());
+}
+double launched_W(const Scene& scene) {
+    double sum = 0;
+    for (const Light& light : scene.lights)
+        sum += light.power_W;
+    return sum;
+}
+
 /// All light of one layer in a picture, over what the estimator `light` finds.
 Case total_case(const std::string& name, const Scene& scene, const std::string& layer, std::int64_t samples,
-                int light_factor) {
+                double light_factor) {
     const auto total = [scene, layer](const char* estimator, std::int64_t count, std::uint64_t seed) {
         return mean_of_runs(16, seed, [&](std::uint64_t run) {
             const Film film = picture(scene, estimator, count, run);
@@ -288,9 +313,13 @@ Case total_case(const std::string& name, const Scene& scene, const std::string& 
     result.expected = 1;
     result.source = "the other estimator";
     result.fixed = samples;
-    result.estimate = [total, light_factor](std::int64_t count, std::uint64_t seed) {
+    const auto reaches = std::make_shared<double>(0);
+    result.reaches_sensor = reaches;
+    result.estimate = [=](std::int64_t count, std::uint64_t seed) {
         const Estimate path = total("path", count, seed);
-        const Estimate light = total("light", light_factor * count, seed + 50);
+        const auto photons = static_cast<std::int64_t>(light_factor * static_cast<double>(count));
+        const Estimate light = total("light", photons, seed + 50);
+        *reaches = path.value * watts_on_sensor(scene) / launched_W(scene);
         const double ratio = path.value / light.value;
         return Estimate{ratio,
                         ratio * std::hypot(path.standard_error / path.value, light.standard_error / light.value)};
@@ -298,15 +327,17 @@ Case total_case(const std::string& name, const Scene& scene, const std::string& 
     return result;
 }
 
-Case specimen_case(const std::string& name, int width, int height, std::int64_t samples, int light_factor) {
-    return total_case("volumes/" + name, specimen(name, {fmt::format("camera.resolution=[{},{}]", width, height)}),
-                      kFluorescenceLayer, samples, light_factor);
+/// With an aperture, where the scene has none: a sensor sees nothing through none.
+Case specimen_case(const std::string& name, int width, int height, std::int64_t samples, double light_factor) {
+    const std::vector<std::string> keys = {fmt::format("camera.resolution=[{},{}]", width, height),
+                                           "camera.numerical_aperture=0.1", "film.unit=watts"};
+    return total_case("volumes/" + name, specimen(name, keys), kFluorescenceLayer, samples, light_factor);
 }
 
 Case cube_total_case(const char* layer) {
     Scene scene = lit_cube();
     scene.description.camera.width = scene.description.camera.height = 8;
-    return total_case("the milky cube", scene, layer, 2000, 4);
+    return total_case("the milky cube", scene, layer, 5000, 4);
 }
 
 }  // namespace
@@ -322,14 +353,16 @@ std::vector<Case> image_cases(const std::shared_ptr<PlotBook>& plots) {
     cases.push_back(red_shift_case());
     cases.push_back(unmix_case(false));
     cases.push_back(unmix_case(true));
-    cases.push_back(pixels_case(1));
-    cases.push_back(pixels_case(2));
+    for (const bool worst : {false, true}) {
+        cases.push_back(pixels_case(1, worst));
+        cases.push_back(pixels_case(2, worst));
+    }
     cases.push_back(cube_total_case(kElasticLayer));
     cases.push_back(cube_total_case(kFluorescenceLayer));
-    cases.push_back(specimen_case("neuron", 6, 8, 300, 20));
-    cases.push_back(specimen_case("beads", 8, 8, 100, 40));
-    cases.push_back(specimen_case("cuvette-gfp", 3, 8, 300, 10));
-    cases.push_back(specimen_case("cuvette-rfp", 3, 8, 300, 10));
+    cases.push_back(specimen_case("neuron", 6, 8, 40000, 1));
+    cases.push_back(specimen_case("beads", 8, 8, 3000, 3));
+    cases.push_back(specimen_case("cuvette-gfp", 3, 8, 6000, 1));
+    cases.push_back(specimen_case("cuvette-rfp", 3, 8, 6000, 1));
     for (Case& figure : figure_cases(plots))
         cases.push_back(std::move(figure));
     return cases;

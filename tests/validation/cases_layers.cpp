@@ -68,6 +68,7 @@ Case angles_case(int face) {
     result.source = "van de Hulst 1980 table 35; discrete ordinates";
     result.scene = scene_of({host(SlabRegion{2, 0, 2}, 0.9, 0.1, 0.75)}, normal_pencil({0, 0, -1e-3}));
     result.fixed = 15000000;
+    result.many = true;
     std::vector<double> per_sr;
     for (const auto& row : load_reference("slab_angles.csv")) {
         if (row[0] == (face == kFront ? "R" : "T")) per_sr.push_back(std::stod(row[2]));
