@@ -1,5 +1,6 @@
 #include "fluovox/optics/camera_ray.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -58,6 +59,18 @@ bool CameraRays::find_pixel(Vec3 sharp, CameraConnection& connection) const {
     connection.x = static_cast<int>(x);
     connection.y = static_cast<int>(y);
     return true;
+}
+
+double CameraRays::pixels_covered(Vec3 point_um) const {
+    const double na = camera_.numerical_aperture;
+    const double depth = dot(point_um - camera_.position, axis_);
+    double radius = std::abs(depth - camera_.focus_um) * na / std::sqrt(1 - na * na);
+    if (camera_.kind == Camera::Kind::Perspective && depth > 0) radius *= camera_.focus_um / depth;
+    return std::max(1.0, std::numbers::pi * (radius * radius + blur_sigma_ * blur_sigma_) / (pixel_um_ * pixel_um_));
+}
+
+Vec3 CameraRays::to_camera(Vec3 point_um) const {
+    return camera_.kind == Camera::Kind::Perspective ? normalized(camera_.position - point_um) : -axis_;
 }
 
 std::optional<CameraConnection> CameraRays::connect(Vec3 point_um, Rng& rng) const {

@@ -36,7 +36,11 @@ public:
     /// go through the aperture. `factor` is the pixel value per unit of power. Telecentric cameras only.
     std::optional<CameraConnection> catch_ray(const Ray& ray) const;
 
-    Vec3 axis() const { return axis_; }
+    /// About how many pixels the image of a point covers, being out of focus or blurred; at least 1.
+    double pixels_covered(Vec3 point_um) const;
+
+    /// Unit vector from a point to the middle of the aperture.
+    Vec3 to_camera(Vec3 point_um) const;
 
 private:
     bool find_pixel(Vec3 sharp, CameraConnection& connection) const;

@@ -70,6 +70,15 @@ struct Wavelengths {
     int count = 0;
     Lanes nm;
     Lanes pdf_per_nm;  ///< density each was drawn with, or one for a laser line
+
+    /// A single one.
+    static Wavelengths one(double wavelength_nm) {
+        Wavelengths single;
+        single.count = 1;
+        single.nm[0] = wavelength_nm;
+        single.pdf_per_nm[0] = 1;
+        return single;
+    }
 };
 
 }  // namespace fluovox

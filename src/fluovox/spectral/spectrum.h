@@ -58,6 +58,9 @@ private:
 /// (The exact product is a parabola there: use `integral_of_product` for integrals.)
 Spectrum product(const Spectrum& a, const Spectrum& b);
 
+/// Like `product`, but positive wherever a(x) b(x) is, also between knots: a table to draw wavelengths from.
+Spectrum sampling_product(const Spectrum& a, const Spectrum& b);
+
 /// Values added at every wavelength either of them is tabulated at; exact except at a jump at an end.
 Spectrum sum(const Spectrum& a, const Spectrum& b);
 

@@ -22,7 +22,7 @@ void PathTracer::convert(const Stretch& path, const PathTask& task, std::size_t 
 
 // Concentrations at a point, and for each dye concentration x yield. False when nothing glows there.
 bool PathTracer::find_dye(const Stretch& path, double t_um, Level& level, Rng& rng) {
-    if (!field_.concentrations(path.ray, t_um, level.spans, !sight_, level.uM, rng)) return false;
+    if (!field_.concentrations(path.ray, t_um, level.spans, level.uM, rng)) return false;
     level.weights.assign(scene_->dyes.size(), 0);
     for (std::size_t i = 0; i < scene_->media.size(); ++i) {
         const int dye = scene_->media[i].dye;
@@ -31,21 +31,6 @@ bool PathTracer::find_dye(const Stretch& path, double t_um, Level& level, Rng& r
         level.weights[d] += level.uM[i] * scene_->dyes[d].quantum_yield;
     }
     return true;
-}
-
-// Half of the directions are isotropic; the others lean to where collimated light comes from.
-Vec3 PathTracer::sample_excitation_direction(Rng& rng) const {
-    if (lobes_.empty() || rng.uniform() < 0.5) return sample_isotropic(rng.uniform(), rng.uniform());
-    const Lobe& lobe = lobes_[static_cast<std::size_t>(rng.uniform() * static_cast<double>(lobes_.size()))];
-    return turned(lobe.axis, sample_henyey_greenstein_cosine(lobe.g, rng.uniform()), rng.uniform());
-}
-
-double PathTracer::excitation_direction_pdf(Vec3 direction) const {
-    if (lobes_.empty()) return 1 / kSphere_sr;
-    double leaning = 0;
-    for (const Lobe& lobe : lobes_)
-        leaning += henyey_greenstein(dot(direction, lobe.axis), lobe.g);
-    return 0.5 / kSphere_sr + 0.5 * leaning / static_cast<double>(lobes_.size());
 }
 
 const PathOptics& PathTracer::excitation_optics(const Excitation& excitation, Level& level) const {
@@ -62,12 +47,12 @@ const PathOptics& PathTracer::excitation_optics(const Excitation& excitation, Le
 double PathTracer::direct_fluence(Vec3 position, std::size_t light, const Excitation& excitation,
                                   const PathOptics& optics, Level& level, Rng& rng) {
     const double photons = illumination_->photons(static_cast<int>(light), excitation);
-    if (photons <= 0 || (cache_ != nullptr && !cache_->leaves_out_direct(light))) return 0;
+    if (photons <= 0) return 0;
     const auto sample = sample_light(scene_->lights[light], position, rng.uniform(), rng.uniform());
     if (!sample) return 0;
     double fluence = photons * sample->fluence_per_um2;
-    if (sample->pdf_per_sr > 0 && cache_ == nullptr) {  // a ray of the path may run into the same light
-        fluence *= sample->pdf_per_sr / (sample->pdf_per_sr + excitation_direction_pdf(sample->to_light));
+    if (sample->pdf_per_sr > 0) {  // a ray of the path may run into the same light
+        fluence *= sample->pdf_per_sr / (sample->pdf_per_sr + direction_pdf(lobes_, sample->to_light));
     }
     return fluence * transmittance_to_light(position, *sample, optics, level, rng)[0];
 }
@@ -111,63 +96,7 @@ void PathTracer::convert_at_source(const Stretch& path, const PathTask& task, st
     ++field_.counts().real_collisions;
     const Lanes seen = field_.transmittance(path.ray, here.spans, t, *task.optics, Loss::Extinction, rng) * path.beta;
     if (seen.max() <= 0) return;
-    if (cache_ != nullptr) excite_from_cache(path, t, (1 / own) * seen, here, result);
     excite_by_lights(path, t, (1 / own) * seen, depth, rng, result);
-}
-
-// What the cache holds for a path: with a limit, light that was not scattered on both ways.
-double PathTracer::cached_rate(const Stretch& path, std::size_t medium, Vec3 position) const {
-    if (path.scatterings < cache_->most_scatterings() && path.scatterings != PathTask::kNoLimit) return 0;
-    return cache_->rate_per_uM(medium, position);
-}
-
-// Conversion of light that photons left in the cache, by dyes in regions.
-void PathTracer::excite_from_cache(const Stretch& path, double t_um, const Lanes& weight, const Level& level,
-                                   PathRadiance& result) {
-    const Vec3 position = path.ray.at(t_um);
-    for (std::size_t i = 0; i < scene_->media.size(); ++i) {
-        if (level.uM[i] <= 0 || scene_->media[i].dye < 0) continue;
-        const auto d = static_cast<std::size_t>(scene_->media[i].dye);
-        const double converted =
-            level.uM[i] * scene_->dyes[d].quantum_yield * cached_rate(path, i, position) / kSphere_sr;
-        if (converted > 0) result.by_dye[d] += converted * (weight * level.emission[d]);
-    }
-}
-
-// Dyes in grids: at once on the first stretch, at one of all places on later ones.
-void PathTracer::convert_in_sight(const Stretch& path, Level& level, const PathTask& task, bool first,
-                                  Drawn<Glow>& later, Rng& rng, PathRadiance& result) {
-    sight_->build(field_, level.brightness, path.ray, level.spans, *task.optics, rng);
-    if (!(sight_->total() > 0)) return;
-    const SightLine::Place& place = sight_->choose(rng.uniform());
-    const Glow glow{path, place, place.likely / sight_->total()};
-    if (first) {
-        add_glow_of(glow, task, level, rng, result);
-    } else {
-        later.offer(glow, mean_of(path.beta, task.optics->wavelengths.count) * sight_->total(), rng);
-    }
-}
-
-void PathTracer::add_glow_of(const Glow& glow, const PathTask& task, Level& level, Rng& rng, PathRadiance& result) {
-    const Stretch& path = glow.stretch;
-    const SightLine::Place& place = glow.place;
-    ++field_.counts().real_collisions;
-    const Lanes seen = (place.step_um / glow.of_all) * path.beta *
-                       field_.transmittance(path.ray, level.spans, place.t_um, *task.optics, Loss::Extinction, rng);
-    if (seen.max() <= 0) return;
-    const Vec3 position = path.ray.at(place.t_um);
-    const auto d = static_cast<std::size_t>(scene_->media[place.medium].dye);
-    level.weights.assign(scene_->dyes.size(), 0);
-    level.weights[d] = place.uM * scene_->dyes[d].quantum_yield;
-    const double scattered = level.weights[d] * cached_rate(path, place.medium, position) / kSphere_sr;
-    result.by_dye[d] += scattered * (seen * level.emission[d]);
-    const auto excitation = illumination_->sample(level.weights, rng);
-    if (!excitation) return;
-    const PathOptics& optics = excitation_optics(*excitation, level);
-    double fluence = 0;
-    for (std::size_t l = 0; l < scene_->lights.size(); ++l)
-        fluence += direct_fluence(position, l, *excitation, optics, level, rng);
-    add_glow((1 / excitation->probability) * seen, excitation->wavelength_nm, fluence, level, result);
 }
 
 // Conversion of light that was converted before.
@@ -195,7 +124,7 @@ void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes&
         const double share = own / (own + lit_pdf(here, l, t_um));  // the rest is convert_where_lit's
         fluence += share * direct_fluence(position, l, *excitation, optics, here, rng);
     }
-    if (cache_ == nullptr && (path.scatterings > 0 || has_far_lights_)) {
+    if (path.scatterings > 0 || has_far_lights_) {
         PathTask& onward = here.task;
         onward.optics = &optics;
         onward.light_photons.assign(scene_->lights.size(), Lanes{});
@@ -204,8 +133,8 @@ void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes&
         }
         onward.orders = 0;
         onward.scatterings = path.scatterings;
-        const Vec3 direction = sample_excitation_direction(rng);
-        onward.pdf_start_per_sr = excitation_direction_pdf(direction);
+        const Vec3 direction = sample_direction(lobes_, rng);
+        onward.pdf_start_per_sr = direction_pdf(lobes_, direction);
         here.radiance.elastic = {};
         here.radiance.by_dye.clear();
         trace({position, direction}, onward, depth + 1, rng, here.radiance);

@@ -88,6 +88,7 @@ std::vector<bool> direct_lights(const Scene& scene, const PhotonSpace& space) {
 
 PhotonLimits limits_of(const RenderDescription& render, const std::vector<bool>& direct) {
     PhotonLimits limits;
+    limits.minor_conversions = true;
     // The last conversion is the one that the camera sees.
     const int orders = render.fluorescence_orders.value_or(std::numeric_limits<int>::max());
     limits.orders = std::max(0, orders - 1);
@@ -147,7 +148,7 @@ ExcitationCache::ExcitationCache(const Scene& scene)
                                          "estimator \"cached\" needs finite dyes; use the estimator \"path\"",
                                          medium.name));
         }
-        add_place(m, medium.grid ? VoxelLattice::of(*medium.grid) : lattice_of_region(scene, m));
+        add_place(m, medium.grid ? VoxelLattice::with_values(*medium.grid) : lattice_of_region(scene, m));
     }
 }
 
@@ -198,11 +199,10 @@ void ExcitationCache::fill(std::int64_t photons, std::uint64_t batch, Progress& 
         bound_violations_ += worker->tracer.bound_violations();
 }
 
-double ExcitationCache::rate_per_uM(std::size_t medium, Vec3 position_um) const {
+double ExcitationCache::rate_per_uM(std::size_t medium, std::size_t brick, int in_brick) const {
     const Place place = places_[medium];
-    if (place.lattice < 0) return 0;
     const auto l = static_cast<std::size_t>(place.lattice);
-    return scale_[l] * tallies_[l].at(position_um, place.field);
+    return scale_[l] * tallies_[l].at(brick, in_brick, place.field);
 }
 
 std::size_t ExcitationCache::bytes() const {

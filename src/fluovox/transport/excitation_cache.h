@@ -28,8 +28,14 @@ public:
     /// number of threads. Stops early when the user stops `progress`.
     void fill(std::int64_t photons, std::uint64_t batch, Progress& progress);
 
-    /// Photons absorbed per second and um^3 by the dye of a medium at 1 umol/L; 0 where the dye is not.
-    double rate_per_uM(std::size_t medium, Vec3 position_um) const;
+    /// Photons absorbed per second and um^3 by the dye of a medium at 1 umol/L; in voxel `in_brick` (z fastest) of a
+    /// brick of the medium's lattice.
+    double rate_per_uM(std::size_t medium, std::size_t brick, int in_brick) const;
+
+    /// The voxels of a medium that is a dye.
+    const VoxelLattice& lattice(std::size_t medium) const {
+        return lattices_[static_cast<std::size_t>(places_[medium].lattice)];
+    }
 
     /// True when the light that comes straight from this light is not in the cache.
     bool leaves_out_direct(std::size_t light) const { return direct_[light]; }

@@ -9,11 +9,36 @@
 namespace fluovox {
 namespace {
 
-// One in the union of the channels' ranges, zero between them.
-Spectrum union_of_ranges(const std::vector<FilmChannel>& channels) {
-    std::vector<std::pair<double, double>> ranges;
-    for (const FilmChannel& channel : channels)
-        ranges.emplace_back(channel.response.first_nm(), channel.response.last_nm());
+using Ranges = std::vector<std::pair<double, double>>;
+
+bool in_some_band(const FilterDescription& filter, double wavelength_nm) {
+    return std::any_of(filter.bands.begin(), filter.bands.end(),
+                       [&](const auto& band) { return wavelength_nm >= band.from_nm && wavelength_nm <= band.to_nm; });
+}
+
+// The ranges of the channels, cut where the filter begins or ends, without the pieces that it blocks.
+Ranges ranges_seen(const std::vector<FilmChannel>& channels, const std::optional<FilterDescription>& filter) {
+    Ranges ranges;
+    for (const FilmChannel& channel : channels) {
+        std::vector<double> edges = {channel.response.first_nm(), channel.response.last_nm()};
+        if (filter) {
+            for (const auto& band : filter->bands) {
+                for (const double edge : {band.from_nm, band.to_nm}) {
+                    if (edge > edges.front() && edge < edges.back()) edges.insert(edges.end() - 1, edge);
+                }
+            }
+            std::sort(edges.begin(), edges.end());
+        }
+        for (std::size_t i = 1; i < edges.size(); ++i) {
+            const double middle = 0.5 * (edges[i - 1] + edges[i]);
+            if (!filter || in_some_band(*filter, middle) == filter->passes) ranges.emplace_back(edges[i - 1], edges[i]);
+        }
+    }
+    return ranges;
+}
+
+// One in the union of the ranges, zero between them.
+Spectrum one_in(Ranges ranges) {
     std::sort(ranges.begin(), ranges.end());
     std::vector<double> knots;
     std::vector<double> values;
@@ -33,10 +58,16 @@ Spectrum union_of_ranges(const std::vector<FilmChannel>& channels) {
     return {std::move(knots), std::move(values)};
 }
 
+Spectrum where_seen(const FilmSpec& spec, const std::optional<FilterDescription>& filter) {
+    Ranges ranges = ranges_seen(spec.channels, filter);
+    if (ranges.empty()) ranges = ranges_seen(spec.channels, std::nullopt);  // dark, but still a density
+    return one_in(std::move(ranges));
+}
+
 }  // namespace
 
 FilmResponse::FilmResponse(const FilmSpec& spec, const std::optional<FilterDescription>& filter)
-    : spec_(&spec), filter_(filter), where_(union_of_ranges(spec.channels)) {}
+    : spec_(&spec), filter_(filter), where_(where_seen(spec, filter)) {}
 
 Wavelengths FilmResponse::sample(double u) const {
     Wavelengths wavelengths;
@@ -51,16 +82,24 @@ Wavelengths FilmResponse::sample(double u) const {
 
 bool FilmResponse::passes(double wavelength_nm) const {
     if (!filter_) return true;
-    const bool in_band = std::any_of(filter_->bands.begin(), filter_->bands.end(), [&](const auto& band) {
-        return wavelength_nm >= band.from_nm && wavelength_nm <= band.to_nm;
-    });
-    return in_band == filter_->passes;
+    return in_some_band(*filter_, wavelength_nm) == filter_->passes;
 }
 
 bool FilmResponse::sees(double wavelength_nm) const {
     if (!passes(wavelength_nm)) return false;
     return std::any_of(spec_->channels.begin(), spec_->channels.end(),
                        [&](const FilmChannel& channel) { return channel.response(wavelength_nm) > 0; });
+}
+
+bool FilmResponse::sees(const LightSpectrum& light) const {
+    const auto& knots = light.energy_per_nm.wavelengths_nm();
+    return std::any_of(light.lines.begin(), light.lines.end(),
+                       [&](const auto& line) { return sees(line.wavelength_nm); }) ||
+           std::any_of(knots.begin(), knots.end(), [&](double nm) { return sees(nm); });
+}
+
+Spectrum FilmResponse::seen_part(const Spectrum& spectrum) const {
+    return sampling_product(spectrum, where_);
 }
 
 void FilmResponse::add(double wavelength_nm, double photons, std::span<double> values) const {

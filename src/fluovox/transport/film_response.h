@@ -21,6 +21,11 @@ public:
 
     /// True when light of this wavelength reaches some channel.
     bool sees(double wavelength_nm) const;
+    /// The same of any line or tabulated wavelength of a light.
+    bool sees(const LightSpectrum& light) const;
+
+    /// A table that is positive wherever light of this spectrum reaches some channel: to draw from.
+    Spectrum seen_part(const Spectrum& spectrum) const;
 
     /// Adds light of one wavelength to the values of all channels. `photons`: photon radiance, s^-1 um^-2 sr^-1, of a
     /// line, or the radiance per nm over the density that the wavelength was drawn with.

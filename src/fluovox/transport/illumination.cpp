@@ -39,25 +39,6 @@ int pick(const std::vector<double>& weights, double total, double u) {
 
 }  // namespace
 
-Spectrum sampling_product(const Spectrum& a, const Spectrum& b) {
-    const Spectrum coarse = product(a, b);
-    if (coarse.empty()) return {};
-    // The product of two lines is a parabola: with its middle as one more knot the table is zero only where it is.
-    std::vector<double> knots;
-    std::vector<double> values;
-    const auto& nm = coarse.wavelengths_nm();
-    for (std::size_t i = 0; i < nm.size(); ++i) {
-        if (i > 0) {
-            const double middle = 0.5 * (nm[i - 1] + nm[i]);
-            knots.push_back(middle);
-            values.push_back(a(middle) * b(middle));
-        }
-        knots.push_back(nm[i]);
-        values.push_back(coarse.values()[i]);
-    }
-    return {std::move(knots), std::move(values)};
-}
-
 Illumination::Illumination(const Scene& scene) : scene_(&scene) {
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Light& light = scene.lights[l];

@@ -69,7 +69,4 @@ private:
     std::vector<double> strength_;
 };
 
-/// A table that is positive wherever a(x) b(x) is, also between knots: to draw from.
-Spectrum sampling_product(const Spectrum& a, const Spectrum& b);
-
 }  // namespace fluovox

@@ -274,7 +274,7 @@ Lanes OpticalField::scattering_density(const Ray& ray, double t_um, const std::v
     return coefficient * exp_minus(depth, optics.wavelengths.count);
 }
 
-bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, bool with_grids,
+bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,
                                   std::vector<double>& uM, Rng& rng) {
     uM.assign(scene_->media.size(), 0);
     bool any = false;
@@ -284,7 +284,6 @@ bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector
         uM[static_cast<std::size_t>(s.medium)] = medium.amount;
         any = any || medium.amount > 0;
     }
-    if (!with_grids) return any;
     for (const int g : gridded_) {
         const SceneMedium& medium = scene_->media[static_cast<std::size_t>(g)];
         if (medium.dye < 0) continue;

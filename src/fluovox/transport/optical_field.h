@@ -87,9 +87,8 @@ public:
                              const PathOptics& optics) const;
 
     /// Concentrations (umol/L) of each medium that is a dye at a point of a ray; false when there is none.
-    /// `with_grids`: false leaves out those that vary in space.
-    bool concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, bool with_grids,
-                        std::vector<double>& uM, Rng& rng);
+    bool concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, std::vector<double>& uM,
+                        Rng& rng);
 
     /// One stochastic tap of a grid where it is at most `bound`, counted.
     double tap(const SparseGrid& grid, Vec3 index_position, double bound, Rng& rng);

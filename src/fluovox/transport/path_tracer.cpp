@@ -26,15 +26,10 @@ Lanes PathRadiance::converted() const {
     return total;
 }
 
-PathTracer::PathTracer(const Scene& scene, const Illumination& illumination, const ExcitationCache* cache)
-    : scene_(&scene), illumination_(&illumination), cache_(cache), field_(scene) {
-    if (cache != nullptr) sight_.emplace(scene, illumination, *cache);
+PathTracer::PathTracer(const Scene& scene, const Illumination& illumination)
+    : scene_(&scene), illumination_(&illumination), field_(scene) {
     for (const Illumination::Line& line : illumination.lines()) {
-        Wavelengths one;
-        one.count = 1;
-        one.nm[0] = line.wavelength_nm;
-        one.pdf_per_nm[0] = 1;
-        line_optics_.push_back(field_.optics(one));
+        line_optics_.push_back(field_.optics(Wavelengths::one(line.wavelength_nm)));
     }
     for (const Light& light : scene.lights) {
         has_far_lights_ = has_far_lights_ || std::holds_alternative<UniformLight>(light.shape) ||
@@ -94,7 +89,6 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         path.beta[k] = path.density[k] = 1;
     double pdf_per_sr = task.pdf_start_per_sr;
     Drawn<Stretch> later, any;  // stretches to convert on: all but the first; all
-    Drawn<Glow> later_in_sight;
 
     for (int vertex = 0;; ++vertex) {
         field_.gather(path.ray, here.spans);
@@ -103,8 +97,7 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         if (wants_light) add_rectangles(path, task, pdf_per_sr, here, rng, result);
         if (wants_light && path.scatterings > 0) add_scattered_once(path, task, here, rng, result);
         if (converts) {
-            if (sight_) convert_in_sight(path, here, task, vertex == 0, later_in_sight, rng, result);
-            here.sources.build(field_, here.brightness, path.ray, here.spans, optics, !sight_);
+            here.sources.build(field_, here.brightness, path.ray, here.spans, optics);
             const double weight = mean_of(path.beta, count) * here.sources.total();
             if (vertex == 0) {
                 convert(path, task, depth, rng, result);
@@ -148,12 +141,6 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         path.ray = {path.ray.at(scattering->t_um), turned(path.ray.direction, cosine, rng.uniform())};
     }
 
-    if (later_in_sight.weight > 0) {
-        Glow& glow = later_in_sight.item;
-        glow.stretch.beta *= later_in_sight.all / later_in_sight.weight;
-        field_.gather(glow.stretch.ray, here.spans);
-        add_glow_of(glow, task, here, rng, result);
-    }
     if (revisit(later, task, here)) convert(later.item, task, depth, rng, result);
     if (revisit(any, task, here)) convert_again(any.item, task, depth, rng, result);
 }
@@ -164,7 +151,7 @@ bool PathTracer::revisit(Drawn<Stretch>& drawn, const PathTask& task, Level& lev
     drawn.item.beta *= drawn.all / drawn.weight;
     field_.gather(drawn.item.ray, level.spans);
     find_lit_sections(drawn.item.ray, nullptr, level);
-    level.sources.build(field_, level.brightness, drawn.item.ray, level.spans, *task.optics, !sight_);
+    level.sources.build(field_, level.brightness, drawn.item.ray, level.spans, *task.optics);
     return true;
 }
 

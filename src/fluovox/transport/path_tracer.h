@@ -5,10 +5,9 @@
 #include "fluovox/optics/light_sampling.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/spectral/lanes.h"
-#include "fluovox/transport/excitation_cache.h"
+#include "fluovox/transport/direction_lobes.h"
 #include "fluovox/transport/illumination.h"
 #include "fluovox/transport/optical_field.h"
-#include "fluovox/transport/sight_line.h"
 #include "fluovox/transport/source_table.h"
 
 #include <limits>
@@ -50,11 +49,9 @@ struct PathTask {
 /// Several emission wavelengths share a path by spectral multiple importance sampling (Wilkie et al. 2014).
 class PathTracer {
 public:
-    /// `cache`: where the light that excites dyes comes from, but for that straight from the lights; nothing: paths go
-    /// on from where they find dye.
-    PathTracer(const Scene& scene, const Illumination& illumination, const ExcitationCache* cache = nullptr);
+    PathTracer(const Scene& scene, const Illumination& illumination);
 
-    /// One estimate, unbiased but for what a cache brings in, of the radiance that arrives at the origin of `ray` from
+    /// One unbiased estimate of the radiance that arrives at the origin of `ray` from
     /// its direction.
     void estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRadiance& result);
 
@@ -84,13 +81,6 @@ private:
         Lanes beta;           // contribution over the mean density of all wavelengths; zero in unused lanes
         Lanes density;        // each wavelength's own density over that mean; zero in unused lanes
         int scatterings = 0;  // still allowed
-    };
-
-    // A place where dye in a grid may glow, on one of the stretches.
-    struct Glow {
-        Stretch stretch;
-        SightLine::Place place;
-        double of_all = 0;  // share that the place has in what its stretch sees
     };
 
     // One of many, drawn in proportion to the weights they come with (Chao, Biometrika 69 (1982) 653).
@@ -135,37 +125,23 @@ private:
                           PathRadiance& result);
     void excite_by_dyes(const Stretch& path, double t_um, const PathTask& task, const Lanes& weight, std::size_t depth,
                         Rng& rng, PathRadiance& result);
-    void convert_in_sight(const Stretch& path, Level& level, const PathTask& task, bool first, Drawn<Glow>& later,
-                          Rng& rng, PathRadiance& result);
-    void add_glow_of(const Glow& glow, const PathTask& task, Level& level, Rng& rng, PathRadiance& result);
-    double cached_rate(const Stretch& path, std::size_t medium, Vec3 position) const;
-    void excite_from_cache(const Stretch& path, double t_um, const Lanes& weight, const Level& level,
-                           PathRadiance& result);
     bool find_dye(const Stretch& path, double t_um, Level& level, Rng& rng);
     double direct_fluence(Vec3 position, std::size_t light, const Excitation& excitation, const PathOptics& optics,
                           Level& level, Rng& rng);
     void add_glow(const Lanes& weight, double wavelength_nm, double fluence, const Level& level, PathRadiance& result);
-    Vec3 sample_excitation_direction(Rng& rng) const;
-    double excitation_direction_pdf(Vec3 direction) const;
     const PathOptics& excitation_optics(const Excitation& excitation, Level& level) const;
 
     Level& level(std::size_t depth);
 
     const Scene* scene_;
     const Illumination* illumination_;
-    const ExcitationCache* cache_;
     OpticalField field_;
     std::vector<PathOptics> line_optics_;
     std::vector<std::vector<Spectrum>> dye_to_dye_;  // [absorber][emitter]: emission x absorption, to draw from
     // Excitation that was scattered forward still comes more or less from where a collimated light shines: paths that
     // look for it set out there more often than elsewhere.
-    struct Lobe {
-        Vec3 axis;
-        double g = 0;
-    };
-    std::vector<Lobe> lobes_;
-    std::optional<SightLine> sight_;  // with a cache: the dyes in grids
-    bool has_far_lights_ = false;     // lights that a ray can run into: uniform or rectangle
+    std::vector<DirectionLobe> lobes_;
+    bool has_far_lights_ = false;  // lights that a ray can run into: uniform or rectangle
     std::vector<std::unique_ptr<Level>> levels_;
 };
 

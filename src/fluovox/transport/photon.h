@@ -45,6 +45,8 @@ struct PhotonLimits {
     std::int64_t scatterings = 1000000;
     bool scatterings_are_physical = false;  ///< asked for by the scene
     int orders = 1;
+    /// What dyes absorb and give back is a small part of what is sought: no pains are taken over it.
+    bool minor_conversions = false;
     double majorant_factor = 1;  ///< of the bounds of grids; above one only costs time
 };
 

@@ -3,6 +3,7 @@
 #include "fluovox/core/rng.h"
 #include "fluovox/medium/phase_function.h"
 #include "fluovox/scene/scene.h"
+#include "fluovox/transport/direction_lobes.h"
 #include "fluovox/transport/photon.h"
 #include "fluovox/transport/photon_media.h"
 #include "fluovox/transport/photon_space.h"
@@ -12,6 +13,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
+#include <span>
 #include <vector>
 
 namespace fluovox {
@@ -27,7 +30,8 @@ namespace fluovox {
 ///   converted(photon, dye, absorbed, reemitted)  of the weight that a dye absorbed
 ///   escaped(photon)  cut(photon, weight)
 ///   vertex(photon, medium)              scatters here; before its direction changes
-///   emission(photon)                    launched at the emission wavelength
+///   emission(photon)                    launched at the emission wavelength, isotropic
+/// and may say by `lobes(photon)` which directions are worth most to it.
 template <class Sink>
 class PhotonTracer {
 public:
@@ -40,19 +44,32 @@ public:
 
     /// Follows a photon of weight 1 and all that becomes of it.
     void follow(Photon photon, Rng& rng, Sink& sink) {
-        double first_conversion = 0;
+        double first_conversion = 1;
         for (;;) {
             conversion_ = {};
             media_.set_wavelength(photon.wavelength_nm);
             trace(photon, rng, sink);
             if (photon.order >= limits_.orders || !(conversion_.total > 0)) return;
             const double total = conversion_.total;
-            if (photon.order == 0) first_conversion = total;
+            if (photon.order == 0 && !limits_.minor_conversions) first_conversion = total;
             photon = reemitted(photon.order + 1, rng);
             sink.emission(photon);
-            if (photon.order > 1) thin_out(photon, std::min(1.0, 3 * total / first_conversion), rng, sink);
+            emit(photon, rng, sink);
+            if (photon.order > 1 || limits_.minor_conversions)
+                thin_out(photon, std::min(1.0, 3 * total / first_conversion), rng, sink);
             if (photon.weight == 0) return;
-            photon.start_weight = photon.weight;
+            photon.start_weight = worth(photon, sink);
+        }
+    }
+
+    /// Gives light that is isotropic a direction: one of those that the sink prefers, with a weight that makes up for
+    /// it.
+    void emit(Photon& photon, Rng& rng, Sink& sink) const {
+        const auto lobes = preferred(photon, sink);
+        photon.ray.direction = sample_direction(lobes, rng);
+        if (!lobes.empty()) {
+            photon.weight /= 4 * std::numbers::pi * direction_pdf(lobes, photon.ray.direction);
+            photon.start_weight = worth(photon, sink);
         }
     }
 
@@ -115,7 +132,7 @@ private:
                 return;
             }
             constexpr double kSmall = 0.1, kSurvival = 0.2;
-            if (photon.weight < kSmall * photon.start_weight) thin_out(photon, kSurvival, rng, sink);
+            if (worth(photon, sink) < kSmall * photon.start_weight) thin_out(photon, kSurvival, rng, sink);
         }
     }
 
@@ -159,7 +176,7 @@ private:
             // Absorption is taken at tentative collisions, so thin dye gets more of them than it needs: one every few
             // voxels.
             const double voxel = length(grid.world_from_index().rows[0]);
-            const double least = optics.absorption > 0 ? 0.25 / voxel : 0;
+            const double least = optics.absorption > 0 && !limits_.minor_conversions ? 0.25 / voxel : 0;
             GridEvents& events = events_.emplace_back(
                 GridEvents{medium, limits_.majorant_factor * most, least, MajorantWalk(grid, ray, {0, end}), {}, 0, 0});
             events.advance(rng);
@@ -219,8 +236,7 @@ private:
             t = std::min(-std::log1p(-rng.uniform() * all) / c.absorption, c.flight.length_um);
         }
         Photon photon;
-        const double u = rng.uniform();
-        photon.ray = {c.flight.ray.at(t), sample_isotropic(u, rng.uniform())};
+        photon.ray.origin = c.flight.ray.at(t);
         photon.wavelength_nm = scene_->dyes[static_cast<std::size_t>(c.dye)].emission_per_nm.sample(rng.uniform());
         photon.weight = photon.start_weight = c.total;
         photon.inside = c.inside;
@@ -276,9 +292,37 @@ private:
         sink.vertex(photon, medium);
         ++photon.scatterings;
         ++scatterings_;
-        const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(medium)].phase;
-        const double cosine = sample_phase_cosine(phase, rng.uniform());
-        photon.ray.direction = normalized(turned(photon.ray.direction, cosine, rng.uniform()));
+        turn(photon, scene_->media[static_cast<std::size_t>(medium)].phase, rng, sink);
+    }
+
+    // Half of the time to where the sink prefers it, if it does; the weight makes up for it.
+    void turn(Photon& photon, const PhaseFunction& phase, Rng& rng, Sink& sink) {
+        const auto lobes = preferred(photon, sink);
+        const Vec3 before = photon.ray.direction;
+        if (lobes.empty() || rng.uniform() < 0.5) {
+            const double cosine = sample_phase_cosine(phase, rng.uniform());
+            photon.ray.direction = normalized(turned(before, cosine, rng.uniform()));
+        } else {
+            photon.ray.direction = sample_direction(lobes, rng);
+        }
+        if (lobes.empty()) return;
+        const double density = phase_per_sr(phase, dot(before, photon.ray.direction));
+        photon.weight *= density / (0.5 * density + 0.5 * direction_pdf(lobes, photon.ray.direction));
+    }
+
+    static std::span<const DirectionLobe> preferred(const Photon& photon, const Sink& sink) {
+        if constexpr (requires { sink.lobes(photon); }) {
+            return sink.lobes(photon);
+        } else {
+            return {};
+        }
+    }
+
+    // The weight, or what it is worth to the sink in its direction.
+    static double worth(const Photon& photon, const Sink& sink) {
+        const auto lobes = preferred(photon, sink);
+        return lobes.empty() ? photon.weight
+                             : photon.weight * 4 * std::numbers::pi * direction_pdf(lobes, photon.ray.direction);
     }
 
     // To the surface, and through it or back.

@@ -6,17 +6,16 @@
 
 namespace fluovox {
 
-PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illumination, const ExcitationCache* cache)
+PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illumination, Sought sought)
     : scene_(&scene),
-      tracer_(scene, illumination, cache),
+      tracer_(scene, illumination),
       camera_(scene.description.camera),
       response_(scene.description.film, scene.description.render.filter),
       orders_(scene.description.render.fluorescence_orders.value_or(PathTask::kNoLimit)),
-      dyes_seen_(!scene.dyes.empty() && orders_ > 0),
+      dyes_seen_(!scene.dyes.empty() && orders_ > 0 && sought == Sought::All),
       channels_(scene.description.film.channels.size()),
       layers_(1) {
     if (!scene.dyes.empty()) layers_ = kFirstDye + (scene.description.film.per_dye ? scene.dyes.size() : 0);
-    if (cache != nullptr) orders_ = std::min(orders_, 1);  // earlier conversions are in the cache
     for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
         if (response_.sees(illumination.lines()[i].wavelength_nm)) visible_lines_.push_back(i);
     }

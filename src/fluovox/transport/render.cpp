@@ -36,14 +36,14 @@ Film empty_film(const Scene& scene) {
             static_cast<int>(description.film.channels.size())};
 }
 
-TrackingCounts for_each_pixel(const Scene& scene, const Illumination& illumination, const ExcitationCache* cache,
+TrackingCounts for_each_pixel(const Scene& scene, const Illumination& illumination, PixelRenderer::Sought sought,
                               const Progress& progress, const std::function<void(PixelRenderer&, int)>& work) {
     // One renderer per thread, made when the thread first needs it; the film's pixels are each one thread's own.
     tbb::enumerable_thread_specific<std::unique_ptr<PixelRenderer>> renderers;
     const Camera& camera = scene.description.camera;
     tbb::parallel_for(tbb::blocked_range<int>(0, camera.width * camera.height, 16), [&](const auto& range) {
         auto& renderer = renderers.local();
-        if (!renderer) renderer = std::make_unique<PixelRenderer>(scene, illumination, cache);
+        if (!renderer) renderer = std::make_unique<PixelRenderer>(scene, illumination, sought);
         for (int pixel = range.begin(); pixel < range.end() && !progress.stopped(); ++pixel)
             work(*renderer, pixel);
     });
@@ -84,11 +84,12 @@ RenderResult render(const Scene& scene, Progress& progress) {
     const Illumination illumination(scene);
     const int samples = scene.description.render.samples;
     progress.start("rendering", result.film.pixels());
-    result.counts = for_each_pixel(scene, illumination, nullptr, progress, [&](PixelRenderer& renderer, int pixel) {
-        for (int s = 0; s < samples; ++s)
-            result.film.add(pixel, renderer.sample(pixel, s));
-        progress.advance(1);
-    });
+    result.counts = for_each_pixel(scene, illumination, PixelRenderer::Sought::All, progress,
+                                   [&](PixelRenderer& renderer, int pixel) {
+                                       for (int s = 0; s < samples; ++s)
+                                           result.film.add(pixel, renderer.sample(pixel, s));
+                                       progress.advance(1);
+                                   });
     result.film.add_bound_violations(result.counts.bound_violations);
     result.stopped = progress.stopped();
     return result;

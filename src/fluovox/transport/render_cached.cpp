@@ -1,13 +1,17 @@
 #include "fluovox/transport/render_cached.h"
 
+#include "fluovox/transport/dye_glow.h"
 #include "fluovox/transport/excitation_cache.h"
+#include "fluovox/transport/film_response.h"
 #include "fluovox/transport/illumination.h"
+#include "fluovox/transport/photon_rounds.h"
 #include "fluovox/transport/pixel_loop.h"
 #include "fluovox/transport/samplable.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace fluovox {
@@ -16,41 +20,142 @@ namespace {
 // Enough for error bars that are themselves within 13 % or so.
 constexpr int kMostBatches = 32;
 
-// Where the scene does not say how many photons: about as much work as the gather.
-constexpr double kPhotonsPerPath = 0.25, kLeastPhotons = 1e4;
+// Where the scene does not say how many photons: about as much work as those that leave the dyes.
+constexpr double kPhotonsPerSample = 0.5, kLeastPhotons = 1e4;
+
+bool film_sees_lights(const Scene& scene) {
+    const FilmResponse film(scene.description.film, scene.description.render.filter);
+    return std::any_of(scene.lights.begin(), scene.lights.end(),
+                       [&](const Light& light) { return film.sees(light.spectrum); });
+}
+
+// The cache has all conversions but the last.
+PhotonLimits limits_after_the_dye(const RenderDescription& render) {
+    PhotonLimits limits;
+    limits.orders = 1;
+    limits.minor_conversions = true;
+    if (render.max_scatterings) {
+        limits.scatterings = *render.max_scatterings;
+        limits.scatterings_are_physical = true;
+    }
+    return limits;
+}
+
+/// The passes of the estimator, batch by batch.
+class CachedRender {
+public:
+    CachedRender(const Scene& scene, Progress& progress)
+        : scene_(&scene),
+          progress_(&progress),
+          result_{empty_film(scene), {}, false},
+          space_(scene),
+          illumination_(scene),
+          cache_(scene),
+          glow_(scene, space_, illumination_, cache_),
+          rounds_(scene, space_, limits_after_the_dye(scene.description.render), 1),
+          elastic_(film_sees_lights(scene)),
+          glows_(scene.description.render.fluorescence_orders.value_or(1) > 0),
+          sums_(static_cast<std::size_t>(result_.film.pixels()) * result_.film.values_per_sample()) {}
+
+    RenderResult run() {
+        const RenderDescription& render = scene_->description.render;
+        const int batches = std::min(kMostBatches, render.samples);
+        const double paths = static_cast<double>(result_.film.pixels()) * render.samples;
+        const double all_photons = render.photons.value_or(std::max(kLeastPhotons, kPhotonsPerSample * paths));
+        const auto photons = static_cast<std::int64_t>(std::ceil(all_photons / batches));
+        const std::int64_t passes = (glows_ ? 1 : 0) + (elastic_ ? 1 : 0);
+        progress_->start("rendering", (glows_ ? batches * photons : 0) +
+                                          passes * result_.film.pixels() * std::int64_t{render.samples});
+        for (int batch = 0; batch < batches && !progress_->stopped(); ++batch) {
+            const Samples samples{std::int64_t{render.samples} * batch / batches,
+                                  std::int64_t{render.samples} * (batch + 1) / batches};
+            std::fill(sums_.begin(), sums_.end(), 0);
+            if (elastic_) add_elastic(samples);
+            if (glows_) {
+                cache_.fill(photons, static_cast<std::uint64_t>(batch), *progress_);
+                add_fluorescence(static_cast<std::uint64_t>(batch), samples);
+            }
+            for (int pixel = 0; pixel < result_.film.pixels(); ++pixel)
+                result_.film.add(pixel, values_of(pixel));
+        }
+        result_.counts += rounds_.counts();
+        result_.counts.bound_violations += cache_.bound_violations();
+        result_.film.add_bound_violations(result_.counts.bound_violations);
+        result_.stopped = progress_->stopped();
+        return std::move(result_);
+    }
+
+private:
+    struct Samples {
+        std::int64_t first, last;
+    };
+
+    std::span<double> values_of(int pixel) {
+        const std::size_t values = result_.film.values_per_sample();
+        return std::span(sums_).subspan(static_cast<std::size_t>(pixel) * values, values);
+    }
+
+    // Light that was not converted: paths from the camera.
+    void add_elastic(Samples samples) {
+        result_.counts += for_each_pixel(*scene_, illumination_, PixelRenderer::Sought::Elastic, *progress_,
+                                         [&](PixelRenderer& renderer, int pixel) {
+                                             const std::span<double> sums = values_of(pixel);
+                                             for (std::int64_t s = samples.first; s < samples.last; ++s) {
+                                                 const auto values = renderer.sample(pixel, s);
+                                                 for (std::size_t i = 0; i < sums.size(); ++i)
+                                                     sums[i] +=
+                                                         values[i] / static_cast<double>(samples.last - samples.first);
+                                             }
+                                             progress_->advance(samples.last - samples.first);
+                                         });
+    }
+
+    // As many photons leave the dyes as there are samples.
+    void add_fluorescence(std::uint64_t batch, Samples samples) {
+        const std::int64_t photons = result_.film.pixels() * (samples.last - samples.first);
+        glow_.place(batch, photons);
+        if (!glow_.glows()) {
+            progress_->advance(photons);
+            return;
+        }
+        const auto trace = [&](PhotonRounds::Worker& worker, std::int64_t n) { emit(worker, batch, n, photons); };
+        rounds_.trace(photons, *progress_, trace, [&](std::span<const Splat> splats) {
+            for (const Splat& splat : splats)
+                sums_[splat.at] += splat.value;
+        });
+    }
+
+    void emit(PhotonRounds::Worker& worker, std::uint64_t batch, std::int64_t n, std::int64_t of_all) {
+        const RenderDescription& render = scene_->description.render;
+        Rng rng(render.seed, ~batch - kMostBatches, static_cast<std::uint64_t>(n));
+        DyeGlow::Emission emission = glow_.emit(n, of_all, worker.sink.field(), rng);
+        Photon& photon = emission.photon;
+        if (!(photon.weight > 0)) return;
+        worker.sink.start(rng);
+        worker.sink.emission(photon);
+        // What the cache holds was scattered: where that is limited to once, it must not be again.
+        if (render.max_scatterings && emission.scattered) return;
+        worker.tracer.emit(photon, rng, worker.sink);
+        worker.tracer.follow(photon, rng, worker.sink);
+    }
+
+    const Scene* scene_;
+    Progress* progress_;
+    RenderResult result_;
+    PhotonSpace space_;
+    Illumination illumination_;
+    ExcitationCache cache_;
+    DyeGlow glow_;
+    PhotonRounds rounds_;
+    bool elastic_, glows_;
+    std::vector<double> sums_;  // of a batch: pixel, layer, channel
+};
 
 }  // namespace
 
 RenderResult render_from_cache(const Scene& scene, Progress& progress) {
     require_samplable_with_cache(scene);
-    const RenderDescription& render = scene.description.render;
-    RenderResult result{empty_film(scene), {}, false};
-    const Illumination illumination(scene);
-    ExcitationCache cache(scene);
-    const int batches = std::min(kMostBatches, render.samples);
-    const double paths = static_cast<double>(result.film.pixels()) * render.samples;
-    const double all_photons = render.photons.value_or(std::max(kLeastPhotons, kPhotonsPerPath * paths));
-    const auto photons = static_cast<std::int64_t>(std::ceil(all_photons / batches));
-    progress.start("rendering", batches * photons + std::int64_t{result.film.pixels()} * render.samples);
-    for (int batch = 0; batch < batches && !progress.stopped(); ++batch) {
-        cache.fill(photons, static_cast<std::uint64_t>(batch), progress);
-        const auto first = std::int64_t{render.samples} * batch / batches;
-        const auto last = std::int64_t{render.samples} * (batch + 1) / batches;
-        result.counts += for_each_pixel(scene, illumination, &cache, progress, [&](PixelRenderer& renderer, int pixel) {
-            std::vector<double> mean(result.film.values_per_sample());
-            for (std::int64_t s = first; s < last; ++s) {
-                const auto values = renderer.sample(pixel, s);
-                for (std::size_t i = 0; i < mean.size(); ++i)
-                    mean[i] += values[i] / static_cast<double>(last - first);
-            }
-            result.film.add(pixel, mean);
-            progress.advance(last - first);
-        });
-    }
-    result.counts.bound_violations += cache.bound_violations();
-    result.film.add_bound_violations(result.counts.bound_violations);
-    result.stopped = progress.stopped();
-    return result;
+    return CachedRender(scene, progress).run();
 }
 
 }  // namespace fluovox

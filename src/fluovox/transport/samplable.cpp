@@ -50,13 +50,6 @@ bool shines_into(const Shaft& shaft, const Camera& camera) {
     return distance < shaft.radius_um + field_radius;
 }
 
-bool film_sees(const FilmResponse& film, const LightSpectrum& spectrum) {
-    const auto& knots = spectrum.energy_per_nm.wavelengths_nm();
-    return std::any_of(spectrum.lines.begin(), spectrum.lines.end(),
-                       [&](const auto& line) { return film.sees(line.wavelength_nm); }) ||
-           std::any_of(knots.begin(), knots.end(), [&](double nm) { return film.sees(nm); });
-}
-
 // Paths from the camera travel at any wavelength that the film sees, whether the dyes emit there or not.
 std::vector<double> path_wavelengths_nm(const Scene& scene) {
     std::vector<double> wavelengths_nm = travelling_wavelengths_nm(scene);
@@ -76,7 +69,7 @@ void require_lights_shown_by_path(const Scene& scene, bool all_wavelengths) {
     const FilmResponse film(scene.description.film, scene.description.render.filter);
     const std::string estimator = all_wavelengths ? "path" : "cached";
     for (const LightDescription& light : scene.description.lights) {
-        const bool seen = film_sees(film, light.light.spectrum);
+        const bool seen = film.sees(light.light.spectrum);
         if (is_pencil(light.light) && (seen || all_wavelengths)) {
             throw SceneError(light.where,
                              fmt::format("the estimator \"{}\" cannot show a light without width; give it "
@@ -124,7 +117,7 @@ void require_samplable_by_path(const Scene& scene) {
 
 void require_samplable_with_cache(const Scene& scene) {
     require_lights_shown_by_path(scene, false);
-    require_no_refraction(scene, "cached", "gathers along straight lines from the camera");
+    require_no_refraction(scene, "cached", "connects what glows straight to the camera");
     require_an_end(scene, path_wavelengths_nm(scene));
 }
 

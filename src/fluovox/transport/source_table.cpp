@@ -80,7 +80,7 @@ void SourceTable::add_grid(const SparseGrid& grid, double per_uM, const Ray& ray
 }
 
 void SourceTable::build(const OpticalField& field, const std::vector<double>& brightness, const Ray& ray,
-                        const std::vector<MediumSpan>& spans, const PathOptics& optics, bool with_grids) {
+                        const std::vector<MediumSpan>& spans, const PathOptics& optics) {
     pieces_.clear();
     total_ = 0;
     const Scene& scene = field.scene();
@@ -89,7 +89,6 @@ void SourceTable::build(const OpticalField& field, const std::vector<double>& br
         if (medium.dye < 0) continue;
         add_constant(s.span, medium.amount * brightness[static_cast<std::size_t>(medium.dye)], spans, optics);
     }
-    if (!with_grids) return;
     for (const SceneMedium& medium : scene.media) {
         if (medium.dye < 0 || !medium.grid) continue;
         const double per_uM = medium.amount * brightness[static_cast<std::size_t>(medium.dye)];

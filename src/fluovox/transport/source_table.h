@@ -14,9 +14,8 @@ namespace fluovox {
 class SourceTable {
 public:
     /// Rebuilds the table for a ray; the storage is kept. `brightness`: of each dye at 1 umol/L, in any unit.
-    /// `with_grids`: false leaves out dyes that vary in space.
     void build(const OpticalField& field, const std::vector<double>& brightness, const Ray& ray,
-               const std::vector<MediumSpan>& spans, const PathOptics& optics, bool with_grids);
+               const std::vector<MediumSpan>& spans, const PathOptics& optics);
 
     /// About how much dye the ray sees; zero: none at all.
     double total() const { return total_; }

@@ -15,16 +15,34 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr int kBrick = SparseGrid::kBrickSize;
 constexpr std::size_t kVoxels = std::size_t{kBrick} * kBrick * kBrick;
 
-// In the brick or next to it: values reach half a voxel beyond their own, being trilinear.
-bool has_values(const SparseGrid& grid, Voxel origin) {
-    for (int x = -1; x <= kBrick; ++x) {
-        for (int y = -1; y <= kBrick; ++y) {
-            for (int z = -1; z <= kBrick; ++z) {
-                if (grid.value({origin.x + x, origin.y + y, origin.z + z}) > 0) return true;
+// Voxels of a brick that have a value themselves or next to them: values reach half a voxel beyond their own, being
+// trilinear.
+VoxelLattice::Mask voxels_with_values(const SparseGrid& grid, Voxel origin) {
+    constexpr int kWide = kBrick + 2;
+    std::array<bool, std::size_t{kWide} * kWide * kWide> reached{};
+    const auto at = [](int x, int y, int z) { return static_cast<std::size_t>((x * kWide + y) * kWide + z); };
+    bool any = false;
+    for (int x = 0; x < kWide; ++x) {
+        for (int y = 0; y < kWide; ++y) {
+            for (int z = 0; z < kWide; ++z) {
+                const bool has = grid.value({origin.x + x - 1, origin.y + y - 1, origin.z + z - 1}) > 0;
+                reached[at(x, y, z)] = has;
+                any = any || has;
             }
         }
     }
-    return false;
+    VoxelLattice::Mask mask{};
+    if (!any) return mask;
+    for (int voxel = 0; voxel < static_cast<int>(kVoxels); ++voxel) {
+        const int x = voxel >> 6;
+        const int y = voxel >> 3 & 7;
+        const int z = voxel & 7;
+        bool has = false;
+        for (int near = 0; near < 27 && !has; ++near)
+            has = reached[at(x + near / 9, y + near / 3 % 3, z + near % 3)];
+        if (has) mask[static_cast<std::size_t>(voxel >> 6)] |= std::uint64_t{1} << (voxel & 63);
+    }
+    return mask;
 }
 
 /// Cells of `size` voxels: the first, and how many along each axis.
@@ -111,6 +129,12 @@ VoxelLattice VoxelLattice::filling(const Bounds& box, double voxel_um) {
 }
 
 VoxelLattice VoxelLattice::of(const SparseGrid& grid) {
+    VoxelLattice lattice = with_values(grid);
+    lattice.masks.clear();
+    return lattice;
+}
+
+VoxelLattice VoxelLattice::with_values(const SparseGrid& grid) {
     VoxelLattice lattice;
     lattice.world_from_index = grid.world_from_index();
     Bounds box;
@@ -124,18 +148,26 @@ VoxelLattice VoxelLattice::of(const SparseGrid& grid) {
     for (int x = low(box.min.x); x <= box.max.x; x += kBrick) {
         for (int y = low(box.min.y); y <= box.max.y; y += kBrick) {
             for (int z = low(box.min.z); z <= box.max.z; z += kBrick) {
-                if (has_values(grid, {x, y, z})) lattice.bricks.push_back({x, y, z});
+                const Mask mask = voxels_with_values(grid, {x, y, z});
+                if (mask == Mask{}) continue;
+                lattice.bricks.push_back({x, y, z});
+                lattice.masks.push_back(mask);
             }
         }
     }
     return lattice;
 }
 
+double VoxelLattice::voxel_volume_um3() const {
+    const auto& rows = world_from_index.rows;
+    return std::abs(dot(rows[0], cross(rows[1], rows[2])));
+}
+
 bool operator==(const VoxelLattice& a, const VoxelLattice& b) {
     const auto same = [](const Voxel& v, const Voxel& w) { return v.x == w.x && v.y == w.y && v.z == w.z; };
     return a.world_from_index.rows == b.world_from_index.rows &&
            a.world_from_index.offset == b.world_from_index.offset &&
-           std::equal(a.bricks.begin(), a.bricks.end(), b.bricks.begin(), b.bricks.end(), same);
+           std::equal(a.bricks.begin(), a.bricks.end(), b.bricks.begin(), b.bricks.end(), same) && a.masks == b.masks;
 }
 
 double VoxelTally::bytes(const VoxelLattice& lattice, int fields) {
@@ -148,8 +180,7 @@ std::size_t VoxelTally::bytes() const {
 
 VoxelTally::VoxelTally(VoxelLattice lattice, int fields, double photons)
     : lattice_(std::move(lattice)), index_from_world_(lattice_.world_from_index.inverse()), fields_(fields) {
-    const auto& rows = lattice_.world_from_index.rows;
-    volume_ = std::abs(dot(rows[0], cross(rows[1], rows[2])));
+    volume_ = lattice_.voxel_volume_um3();
     size_ = std::cbrt(volume_);
     // Room for every photon to pass each voxel 256 times.
     units_ = 0x1p62 / (256 * std::max(1.0, photons)) / size_;
@@ -210,16 +241,18 @@ void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, dou
     const Interval span = inside(bricks, in_voxels, {0, length_um});
     if (span.empty()) return;
     march(bricks, in_voxels, span, [&](const std::array<int, 3>& brick, Interval in_brick) {
-        if (slot(kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]) < 0) return;
+        const std::int64_t first = slot(kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]);
+        if (first < 0) return;
         double here = absorption > 0 ? weight * std::exp(-absorption * in_brick.begin) : weight;
         const CellBox voxels{{kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]}, {kBrick, kBrick, kBrick}, 1};
         march(voxels, in_voxels, in_brick, [&](const std::array<int, 3>& voxel, Interval in_voxel) {
             const double lost = here * absorbed_share(absorption * in_voxel.length());
             const double integral = absorption > 0 ? lost / absorption : here * in_voxel.length();
-            const std::int64_t at = slot(voxel[0], voxel[1], voxel[2]);
-            for (const Share& share : shares)
-                add(at, share.field, share.factor * integral, rng);
             here -= lost;
+            const int number = (voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7);
+            if (!lattice_.counts(static_cast<std::size_t>(first >> 9), number)) return;
+            for (const Share& share : shares)
+                add(first + number, share.field, share.factor * integral, rng);
         });
     });
 }
@@ -229,7 +262,12 @@ double VoxelTally::at(Vec3 position_um, int field) const {
     const std::int64_t voxel =
         slot(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)), static_cast<int>(std::floor(p.z)));
     if (voxel < 0) return 0;
-    const std::size_t i = static_cast<std::size_t>(field) * per_field_ + static_cast<std::size_t>(voxel);
+    return at(static_cast<std::size_t>(voxel >> 9), static_cast<int>(voxel & 511), field);
+}
+
+double VoxelTally::at(std::size_t brick, int in_brick, int field) const {
+    const std::size_t i =
+        static_cast<std::size_t>(field) * per_field_ + brick * kVoxels + static_cast<std::size_t>(in_brick);
     return static_cast<double>(sums_[i].load(std::memory_order_relaxed)) / units_;
 }
 

@@ -6,6 +6,7 @@
 #include "fluovox/volume/brick_field.h"
 #include "fluovox/volume/sparse_grid.h"
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -15,13 +16,25 @@ namespace fluovox {
 
 /// Where a VoxelTally counts: voxels of any affine lattice, in bricks of 8^3, of which some may be left out.
 struct VoxelLattice {
+    /// One bit for each voxel of a brick, z fastest.
+    using Mask = std::array<std::uint64_t, 8>;
+
     Affine world_from_index;
     std::vector<Voxel> bricks;  ///< first voxels
+    std::vector<Mask> masks;    ///< per brick: the voxels that count; empty: all do
 
     /// Cubes of `voxel_um` that fill a finite box from its lowest corner.
     static VoxelLattice filling(const Bounds& box, double voxel_um);
     /// The voxels of a grid, by bricks that hold any value or are next to one.
     static VoxelLattice of(const SparseGrid& grid);
+    /// Of these only the voxels in which the trilinear values of the grid are not zero everywhere.
+    static VoxelLattice with_values(const SparseGrid& grid);
+
+    bool counts(std::size_t brick, int in_brick) const {
+        return masks.empty() || (masks[brick][static_cast<std::size_t>(in_brick >> 6)] >> (in_brick & 63) & 1U) != 0;
+    }
+
+    double voxel_volume_um3() const;
 
     friend bool operator==(const VoxelLattice& a, const VoxelLattice& b);
 };
@@ -47,6 +60,8 @@ public:
 
     /// The sum of one field in the voxel of a position; 0 beside all voxels. Not while others add to it.
     double at(Vec3 position_um, int field) const;
+    /// The same of voxel `in_brick` (z fastest) of a brick of the lattice.
+    double at(std::size_t brick, int in_brick, int field) const;
     /// The sums of one field times `factor`.
     BrickField field(int field, double factor) const;
     double voxel_volume_um3() const { return volume_; }

@@ -1,0 +1,241 @@
+#include "fluovox/transport/dye_glow.h"
+
+#include "fluovox/optics/light_sampling.h"
+#include "fluovox/transport/film_response.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace fluovox {
+namespace {
+
+constexpr int kBrick = SparseGrid::kBrickSize;
+constexpr std::uint64_t kAll = ~std::uint64_t{0};
+
+// Places a photon may choose among: more make the choice better, and cost time.
+constexpr double kPlacesPerPhoton = 4;
+
+// Beside the film a place may still shine onto it, by way of scattering or through another part of the aperture.
+constexpr double kOutOfView = 0.1;
+
+std::uint64_t mask_word(const VoxelLattice& lattice, std::size_t brick, std::size_t word) {
+    return lattice.masks.empty() ? kAll : lattice.masks[brick][word];
+}
+
+}  // namespace
+
+DyeGlow::DyeGlow(const Scene& scene, const PhotonSpace& space, const Illumination& illumination,
+                 const ExcitationCache& cache)
+    : scene_(&scene), space_(&space), illumination_(&illumination), cache_(&cache), camera_(scene.description.camera) {
+    const FilmResponse film(scene.description.film, scene.description.render.filter);
+    OpticalField field(scene);
+    Rng rng(scene.description.render.seed, 0, 0);
+    for (std::size_t d = 0; d < scene.dyes.size(); ++d) {
+        const Dye& dye = scene.dyes[d];
+        seen_emission_.push_back(film.seen_part(dye.emission_per_nm));
+        std::vector<double> weights(scene.dyes.size());
+        weights[d] = 1;
+        auto& lights = direct_.emplace_back(scene.lights.size());
+        for (std::size_t l = 0; l < scene.lights.size(); ++l) {
+            if (!cache.leaves_out_direct(l)) continue;
+            const auto excitation = illumination.sample(weights, static_cast<int>(l), rng);
+            if (!excitation) continue;
+            lights[l] = {illumination.uptake(static_cast<int>(l), static_cast<int>(d)),
+                         field.optics(Wavelengths::one(excitation->wavelength_nm))};
+        }
+    }
+    for (std::size_t m = 0; m < scene.media.size(); ++m) {
+        const int dye = scene.media[m].dye;
+        if (dye < 0 || !(seen_emission_[static_cast<std::size_t>(dye)].integral() > 0)) continue;
+        Source source;
+        source.medium = m;
+        source.dye = static_cast<std::size_t>(dye);
+        source.lattice = &cache.lattice(m);
+        source.volume_um3 = source.lattice->voxel_volume_um3();
+        source.weights.assign(scene.dyes.size(), 0);
+        source.weights[source.dye] = scene.dyes[source.dye].quantum_yield;
+        source.first = {0};
+        for (std::size_t brick = 0; brick < source.lattice->bricks.size(); ++brick) {
+            int voxels = 0;
+            for (std::size_t word = 0; word < 8; ++word)
+                voxels += std::popcount(mask_word(*source.lattice, brick, word));
+            source.first.push_back(source.first.back() + voxels);
+        }
+        if (source.weights[source.dye] > 0) sources_.push_back(std::move(source));
+    }
+}
+
+void DyeGlow::place(std::uint64_t batch, std::int64_t photons) {
+    struct Block {
+        const Source* source;
+        std::size_t first, last;
+        std::vector<Place> places;
+    };
+    constexpr std::size_t kBricks = 16;
+    std::vector<Block> blocks;
+    std::int64_t voxels = 0;
+    for (const Source& source : sources_) {
+        const std::size_t bricks = source.lattice->bricks.size();
+        for (std::size_t first = 0; first < bricks; first += kBricks)
+            blocks.push_back({&source, first, std::min(bricks, first + kBricks), {}});
+        voxels += source.first.back();
+    }
+    Rng rng(scene_->description.render.seed, ~batch, 0);
+    const double one_in =
+        std::max(1.0, static_cast<double>(voxels) /
+                          (kPlacesPerPhoton * static_cast<double>(std::max<std::int64_t>(1, photons))));
+    const double start = rng.uniform();
+    offset_ = rng.uniform();
+    tbb::enumerable_thread_specific<OpticalField> fields([&] { return OpticalField(*scene_); });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 1), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            Block& block = blocks[i];
+            for (std::size_t brick = block.first; brick < block.last; ++brick)
+                add_places(*block.source, brick, one_in, start, batch, fields.local(), block.places);
+        }
+    });
+    places_.clear();
+    double total = 0;
+    for (const Block& block : blocks) {
+        for (Place place : block.places) {
+            place.likely = total += place.likely;
+            places_.push_back(place);
+        }
+    }
+}
+
+// Where the cache holds something there is a place for that; and one voxel in `one_in` gets a place for light straight
+// from the lights, which then stands for so many.
+void DyeGlow::add_places(const Source& source, std::size_t brick, double one_in, double offset, std::uint64_t batch,
+                         OpticalField& field, std::vector<Place>& places) const {
+    const auto index = static_cast<std::size_t>(&source - sources_.data());
+    std::vector<MediumSpan> spans;
+    Cell cell{brick, 0, source.first[brick]};
+    for (std::size_t word = 0; word < 8; ++word) {
+        for (std::uint64_t left = mask_word(*source.lattice, brick, word); left != 0; left &= left - 1, ++cell.number) {
+            cell.in_brick = static_cast<int>(word) * 64 + std::countr_zero(left);
+            const double cached = cache_->rate_per_uM(source.medium, brick, cell.in_brick);
+            const double begin = static_cast<double>(cell.number) / one_in + offset;
+            const bool straight = std::floor(begin) != std::floor(begin + 1 / one_in);
+            if (!straight && !(cached > 0)) continue;
+            Rng rng(scene_->description.render.seed, ~batch,
+                    static_cast<std::uint64_t>(cell.number) << 8U | (index + 1));
+            Place place;
+            place.source = index;
+            if (!draw_place(source, cell, rng, place)) continue;
+            const double likely = place.likely;
+            if (cached > 0) {
+                place.cached_rate = cached;
+                place.likely = likely * cached;
+                places.push_back(place);
+            }
+            if (!straight) continue;
+            place.cached_rate = -1;
+            place.volume_um3 *= one_in;
+            place.likely = likely * one_in * likely_direct(source, place.position, field, spans);
+            if (place.likely > 0) places.push_back(place);
+        }
+    }
+}
+
+// A place somewhere in a voxel, and how likely it is to be of use at an excitation of one; false: no dye is there.
+bool DyeGlow::draw_place(const Source& source, const Cell& cell, Rng& rng, Place& place) const {
+    const Voxel origin = source.lattice->bricks[cell.brick];
+    const double u = rng.uniform();
+    const double v = rng.uniform();
+    const Vec3 in_voxels{origin.x + (cell.in_brick >> 6) + u - 0.5, origin.y + (cell.in_brick >> 3 & 7) + v - 0.5,
+                         origin.z + (cell.in_brick & 7) + rng.uniform() - 0.5};
+    place.position = source.lattice->world_from_index.point(in_voxels);
+    place.uM = concentration(source, place.position);
+    if (!(place.uM > 0)) return false;
+    place.volume_um3 = source.volume_um3;
+    const double seen = seen_emission_[source.dye].integral() * scene_->dyes[source.dye].quantum_yield;
+    const double view = camera_.connect(place.position, rng) ? 1 : kOutOfView;
+    place.likely = seen * place.uM * place.volume_um3 * view;
+    return true;
+}
+
+double DyeGlow::concentration(const Source& source, Vec3 position_um) const {
+    const SceneMedium& medium = scene_->media[source.medium];
+    if (medium.grid) return medium.amount * medium.grid->trilinear(position_um);
+    if (!contains(medium.region, position_um)) return 0;
+    const bool cut = std::any_of(medium.cut_by.begin(), medium.cut_by.end(), [&](int inner) {
+        return contains(scene_->media[static_cast<std::size_t>(inner)].region, position_um);
+    });
+    return cut ? 0 : medium.amount;
+}
+
+// About what `direct` will find on average: regions take their part of the light, grids do not.
+double DyeGlow::likely_direct(const Source& source, Vec3 position_um, OpticalField& field,
+                              std::vector<MediumSpan>& spans) const {
+    constexpr double kDarkest = 30;  // nothing is seen there, but all must stay possible
+    double rate = 0;
+    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+        const Direct& direct = direct_[source.dye][l];
+        if (!(direct.uptake > 0)) continue;
+        const auto light = sample_light(scene_->lights[l], position_um, 0.5, 0.5);
+        if (!light) continue;
+        field.gather({position_um, light->to_light}, spans);
+        const double depth = std::min(kDarkest, hero_depth(spans, direct.optics, light->distance_um));
+        rate += direct.uptake * light->fluence_per_um2 * std::exp(-depth);
+    }
+    return rate;
+}
+
+// Photons absorbed per second, um^3 and umol/L of light straight from the lights.
+double DyeGlow::direct(const Source& source, Vec3 position_um, OpticalField& field, Rng& rng) const {
+    const Dye& dye = scene_->dyes[source.dye];
+    double rate = 0;
+    PathOptics optics;
+    std::vector<MediumSpan> spans;
+    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+        if (!(direct_[source.dye][l].uptake > 0)) continue;
+        const auto light = sample_light(scene_->lights[l], position_um, rng.uniform(), rng.uniform());
+        if (!light) continue;
+        const auto excitation = illumination_->sample(source.weights, static_cast<int>(l), rng);
+        if (!excitation) continue;
+        const double nm = excitation->wavelength_nm;
+        field.set_optics(Wavelengths::one(nm), optics);
+        const Ray shadow{position_um, light->to_light};
+        field.gather(shadow, spans);
+        const double arrives = field.transmittance(shadow, spans, light->distance_um, optics, Loss::Extinction, rng)[0];
+        rate += illumination_->photons(static_cast<int>(l), *excitation) / excitation->probability *
+                light->fluence_per_um2 * arrives * absorption_per_um_per_uM(dye, nm);
+    }
+    return rate;
+}
+
+DyeGlow::Emission DyeGlow::emit(std::int64_t n, std::int64_t of_all, OpticalField& field, Rng& rng) const {
+    const double total = places_.back().likely;
+    const double wanted = total * (static_cast<double>(n) + offset_) / static_cast<double>(of_all);
+    auto chosen = std::upper_bound(places_.begin(), places_.end(), wanted,
+                                   [](double value, const Place& place) { return value < place.likely; });
+    if (chosen == places_.end()) --chosen;
+    const double likely = chosen->likely - (chosen == places_.begin() ? 0 : std::prev(chosen)->likely);
+    const Source& source = sources_[chosen->source];
+    const Spectrum& seen = seen_emission_[source.dye];
+    const Dye& dye = scene_->dyes[source.dye];
+
+    Emission emission;
+    Photon& photon = emission.photon;
+    photon.wavelength_nm = seen.sample(rng.uniform());
+    const double share = dye.emission_per_nm(photon.wavelength_nm) / seen.pdf(photon.wavelength_nm);
+    const double per_rate =
+        chosen->uM * dye.quantum_yield * chosen->volume_um3 * share * total / likely / static_cast<double>(of_all);
+    emission.scattered = chosen->cached_rate >= 0;
+    photon.weight =
+        per_rate * (emission.scattered ? chosen->cached_rate : direct(source, chosen->position, field, rng));
+    photon.start_weight = photon.weight;
+    photon.ray.origin = chosen->position;
+    photon.inside = space_->inside_at({chosen->position, {0, 0, 1}});
+    photon.order = 1;
+    photon.dye = static_cast<int>(source.dye);
+    return emission;
+}
+
+}  // namespace fluovox
