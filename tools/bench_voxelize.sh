@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # How right voxelizing is and what it costs, beside Debian's vdb_tool on the same meshes in the same run: compare the
-# ratios, not the seconds. Made shapes (boxes, cylinders, damage on purpose) are in the tests.
+# ratios, not the seconds. Made shapes (boxes, cylinders, damage on purpose) come from the tests, with their errors.
 #   ./tools/bench_voxelize.sh [FOLDER]       (default: ../shared/specimens, with mesh/ and swc/)
 set -euo pipefail
 cd "$(dirname "$0")/.."
-./tools/setup.sh fluovox_program
+./tools/setup.sh fluovox_program unit_voxelize
 fluovox=$PWD/build/release/tools/fluovox
 specimens=${1:-../shared/specimens}
 folder=$(mktemp -d)
@@ -62,6 +62,11 @@ if [[ -f $mesh/pinky_seg_28673074_closed.ply ]]; then
 fi
 row 'cortical cell from SWC, at 4 x' swc/allen_Scnn1a_L4pyr_328933585.swc 3000 1 \
     "$([[ -d $specimens/swc ]] && volume "$specimens/swc/allen_Scnn1a_L4pyr_328933585.swc" 6000)"
+
+printf '\n%-48s %8s %10s\n' 'made shape' must_% error_%
+FLUOVOX_FIGURES=1 build/release/tests/unit/unit_voxelize --gtest_filter='Voxelize.*:Morphology.ACorticalCell*' |
+    sed -n 's/^figure: //p'
+echo
 
 # One thread against two, in the voxelizing phase (file reading apart): several runs of each, in turn.
 median() { sort -n | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'; }

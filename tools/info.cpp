@@ -72,8 +72,13 @@ void print_grid(const GridInfo& grid) {
         const Vec3 high = without_rounding(grid.bbox_um.max, voxel);
         fmt::print("  bounding box  [{:g}, {:g}, {:g}] to [{:g}, {:g}, {:g}] um\n", low.x, low.y, low.z, high.x, high.y,
                    high.z);
-        fmt::print("  concentration min {:.6g}, mean {:.6g}, max {:.6g} {}\n", grid.min, grid.mean, grid.max, unit);
-        fmt::print("  total amount  {:.6g} mol\n", grid.total_mol);
+        if (grid.grid_class == "level set") {
+            fmt::print("  distances     {:.6g} to {:.6g}; voxelize --from-levelset makes a concentration of them\n",
+                       grid.min, grid.max);
+        } else {
+            fmt::print("  concentration min {:.6g}, mean {:.6g}, max {:.6g} {}\n", grid.min, grid.mean, grid.max, unit);
+            fmt::print("  total amount  {:.6g} mol\n", grid.total_mol);
+        }
     }
     fmt::print("  memory        {:.3g} MB\n", static_cast<double>(grid.memory_bytes) / 1e6);
     if (!grid.metadata.source.empty()) fmt::print("  source        {}\n", grid.metadata.source);

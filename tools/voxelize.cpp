@@ -22,6 +22,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+bool are_cubes(const Vec3& voxel) {
+    return std::abs(voxel.y - voxel.x) + std::abs(voxel.z - voxel.x) < 1e-6 * voxel.x;
+}
+
 long long peak_bytes() {
     rusage usage{};
     ::getrusage(RUSAGE_SELF, &usage);
@@ -105,6 +109,8 @@ Json group_json(const GroupReport& group) {
 
 Json report_json(const SpecimenResult& result, const std::string& output) {
     Json json = {{"output", output}, {"voxel_size_um", result.voxel_size_um}, {"groups", Json::array()}};
+    const Vec3 size = inspect_dye_grid(result.grids.front()).voxel_size_um;
+    if (!are_cubes(size)) json["voxel_size_um"] = {size.x, size.y, size.z};
     for (const GroupReport& group : result.groups)
         json["groups"].push_back(group_json(group));
     json["peak_memory_bytes"] = peak_bytes();
@@ -126,9 +132,8 @@ void print_summary(const SpecimenResult& result, const std::string& output) {
         text += info.entry.readable ? fmt::format(", {:.6g} mol;", info.total_mol) : std::string(";");
     }
     const Vec3 size = inspect_dye_grid(result.grids.front()).voxel_size_um;
-    const bool cubes = std::abs(size.y - size.x) + std::abs(size.z - size.x) < 1e-6 * size.x;
-    const std::string voxel = cubes ? fmt::format("{:g} um", result.voxel_size_um)
-                                    : fmt::format("{:g} x {:g} x {:g} um", size.x, size.y, size.z);
+    const std::string voxel = are_cubes(size) ? fmt::format("{:g} um", result.voxel_size_um)
+                                              : fmt::format("{:g} x {:g} x {:g} um", size.x, size.y, size.z);
     fmt::print("{}:{} voxels of {}, {:.2f} s, {} MB\n", output, text, voxel, seconds, peak_bytes() / 1000000);
 }
 

@@ -181,6 +181,9 @@ void parse_boxes(const CommandLine& line, SpecimenSettings& settings) {
     const double padding = values.count("padding") == 0
                                ? 0
                                : quantity(line, "--padding", values["padding"].as<std::string>(), Dimension::Length);
+    if (values.count("padding") != 0 && values.count("bbox") + values.count("clip") == 0) {
+        line.fail("--padding makes the box of --bbox or --clip larger: give one of them");
+    }
     for (const char* option : {"bbox", "clip"}) {
         if (values.count(option) == 0) continue;
         Bounds bounds = box(line, std::string("--") + option, values[option].as<std::string>());
@@ -263,7 +266,8 @@ CommandLine voxelize_command_line() {
         "of a segmentation: which labels are which dye: 17=EGFP:5uM, or 1,4,10-19=EGFP:5uM; as often as needed");
     add("circuit", po::value<std::string>()->value_name("CELLS.csv"),
         "many cells: file, x, y, z (um), rx, ry, rz (degrees), scale, dye, concentration, label");
-    add("labels", po::bool_switch(), "add an integer grid of labels: which mesh (or label) owns each voxel");
+    add("labels", po::bool_switch(),
+        "add an integer grid of labels: which mesh (or label) has at least half of each voxel");
     add("shell", po::value<std::string>()->value_name("LENGTH"),
         "fill a layer this thick along the surface instead of the inside (membrane dyes)");
     add("from-levelset", po::value<std::string>()->value_name("FILE.vdb"),
@@ -362,6 +366,22 @@ SegmentDye parse_label(const CommandLine& line, const std::string& text, std::ve
     return dye;
 }
 
+/// A label has one dye.
+void require_apart(const CommandLine& line, const std::vector<SegmentDye>& dyes) {
+    for (std::size_t i = 0; i < dyes.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) {
+            for (const auto& [first, last] : dyes[i].labels) {
+                for (const auto& [low, high] : dyes[j].labels) {
+                    if (last < low || high < first) continue;
+                    line.fail("--label " + dyes[i].text + '=' + dyes[i].dye + ": label " +
+                              std::to_string(std::max(first, low)) + " has " + dyes[j].dye +
+                              " already; a label takes one dye (make a file for each dye)");
+                }
+            }
+        }
+    }
+}
+
 /// A volume of labels keeps its voxels; what makes or moves voxels of meshes has no meaning for it.
 void parse_segmentation(const CommandLine& line, const std::string& file, VoxelizeRequest& request) {
     const auto& values = line.values();
@@ -387,6 +407,7 @@ void parse_segmentation(const CommandLine& line, const std::string& file, Voxeli
     };
     for (const std::string& text : list("label"))
         segmentation.dyes.push_back(parse_label(line, text, request.remarks));
+    require_apart(line, segmentation.dyes);
     const std::vector<std::string> dyes = list("dye");
     if (dyes.size() + (segmentation.dyes.empty() ? 0 : 1) != 1) {
         line.fail(

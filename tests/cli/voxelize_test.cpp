@@ -78,6 +78,7 @@ TEST_F(VoxelizeCommand, OneDyeAtTwoConcentrationsFollowsTheOverlapRule) {
 
 TEST_F(VoxelizeCommand, MistakesGetTheirExitCodeAndACure) {
     write("garbage.ply", "\x01\x02garbage");
+    write("b.vdb", "a grid");
     write("empty.stl", "");
     const std::string open = box_obj(10, 20, 30);
     write("open.obj", open.substr(0, open.rfind('f')));
@@ -117,6 +118,10 @@ TEST_F(VoxelizeCommand, MistakesGetTheirExitCodeAndACure) {
         {"no dye", {"voxelize", "box.obj", "-o", "a.vdb", "--voxel-size", "1um"}, 2, "add --dye"},
         {"no output", {"voxelize", "box.obj", "--dye", "EGFP=5uM", "--voxel-size", "1um"}, 2, "add -o"},
         {"an unknown option", with({"box.obj", "--voxel"}), 2, "unrecognised option"},
+        {"padding of nothing", with({"box.obj", "--padding", "1um"}), 2, "give one of them"},
+        {"a box beside the mesh", with({"box.obj", "--clip", "50um,50um,50um,60um,60um,60um"}), 4,
+         "box.obj: nothing of it is inside the box of --bbox or --clip"},
+        {"a grid given as a mesh", with({"b.vdb"}), 4, "b.vdb: is a grid already; --from-levelset"},
         {"an open mesh where only sound ones are wanted", with({"open.obj", "--strict"}), 4,
          "not watertight: 4 open edges"},
         {"a folder that does not exist",
@@ -124,7 +129,8 @@ TEST_F(VoxelizeCommand, MistakesGetTheirExitCodeAndACure) {
          5,
          "does not exist"},
     });
-    EXPECT_EQ(files(), (std::vector<std::string>{"box.obj", "empty.stl", "garbage.ply", "open.obj", "small.obj"}));
+    EXPECT_EQ(files(),
+              (std::vector<std::string>{"b.vdb", "box.obj", "empty.stl", "garbage.ply", "open.obj", "small.obj"}));
     expect_rows({
         {"an open mesh is capped, with a warning", with({"open.obj", "--repair"}), 0, "warning: open.obj: 4 open edges",
          "EGFP 6000 voxels"},
@@ -200,12 +206,17 @@ TEST_F(VoxelizeCommand, ACircuitPlacesScalesAndLabelsItsCells) {
     // turned by 90 degrees about z: from x 0..8 to -8..0, then moved by 20
     EXPECT_TRUE(found("\\[12, 0, 0\\] to \\[20, 8, 8\\] um", run({"info", "c.vdb"}).out)) << run({"info", "c.vdb"}).out;
     write("bad.csv", "file,x\nsmall.obj,zero\n");
+    write("gap.csv", "file\nsmall.obj\nnone.swc\n");
     write("odd.csv", "file,colour\nsmall.obj,red\n");
     expect_rows({
         {"a cell that is no number",
          {"voxelize", "--circuit", "bad.csv", "-o", "d.vdb", "--voxel-size", "1um", "--dye", "EGFP=1uM"},
          4,
          "bad.csv:2: x = \"zero\" is not a number"},
+        {"a cell whose file is missing, before any work",
+         {"voxelize", "--circuit", "gap.csv", "-o", "d.vdb", "--voxel-size", "1um", "--dye", "EGFP=1uM"},
+         4,
+         "gap.csv:3: none.swc cannot be read: no such file"},
         {"a column nobody knows",
          {"voxelize", "--circuit", "odd.csv", "-o", "d.vdb", "--voxel-size", "1um", "--dye", "EGFP=1uM"},
          4,
@@ -227,6 +238,7 @@ TEST_F(VoxelizeCommand, MorphologiesShellsAndLevelSetsBecomeGrids) {
     if (std::system("command -v vdb_tool > /dev/null") != 0) GTEST_SKIP() << "vdb_tool is not installed";
     const std::string make = "vdb_tool -quiet -sphere r=2 v=0.1 -write '" + (folder() / "ball.vdb").string() + "'";
     ASSERT_EQ(std::system(make.c_str()), 0);
+    EXPECT_TRUE(found("distances +-0.29[0-9]* to 0.29.* --from-levelset", run({"info", "ball.vdb"}).out));
     const ProgramResult ball = run({"voxelize", "--from-levelset", "ball.vdb", "-o", "b.vdb", "--dye", "EGFP=5uM"});
     EXPECT_TRUE(found("EGFP .* 1\\.67[0-9]*e-19 mol", ball.out)) << ball.out << ball.err;  // 33.5 um3
 }
@@ -245,6 +257,7 @@ TEST_F(VoxelizeCommand, ASegmentationBecomesGridsByLabel) {
               "x 0\\.04 um",
               result.out))
         << result.out;
+    EXPECT_TRUE(found("\"voxel_size_um\": \\[\\s*0.016,\\s*0.016,\\s*0.0(4|3999)", read("r.json"))) << read("r.json");
     EXPECT_TRUE(found("\"label\": 17,\\s*\"voxels\": 6", read("r.json"))) << read("r.json");
     expect_rows({
         {"a label that is not there",
@@ -253,6 +266,10 @@ TEST_F(VoxelizeCommand, ASegmentationBecomesGridsByLabel) {
          "has no label 18 .*it has 2 labels: 3, 17"},
         {"no dye", {"voxelize", "labels.nrrd", "-o", "t.vdb"}, 2, "--label 17=EGFP:5uM"},
         {"a label without a dye", {"voxelize", "labels.nrrd", "-o", "t.vdb", "--label", "17"}, 2, "wants LABEL=DYE"},
+        {"a label with two dyes",
+         {"voxelize", "labels.nrrd", "-o", "t.vdb", "--label", "10-17=EGFP:5uM", "--label", "17=DAPI:5uM"},
+         2,
+         "--label 17=DAPI: label 17 has EGFP already"},
         {"label 0", {"voxelize", "labels.nrrd", "-o", "t.vdb", "--label", "0=EGFP:1uM"}, 2, "from 1"},
         {"a range that runs backwards",
          {"voxelize", "labels.nrrd", "-o", "t.vdb", "--label", "9-3=EGFP:1uM"},

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 #include <string_view>
+#include <system_error>
 
 namespace fluovox {
 namespace {
@@ -85,6 +86,12 @@ CircuitCell read_cell(const Row& row, const std::filesystem::path& folder, doubl
     if (label < 0 || label > 2147483647.0 || label != std::floor(label))
         row.fail("label must be a whole number above zero");
     cell.part.file = folder / file;
+    // Now, and not when its turn comes after hours.
+    std::error_code failure;
+    if (!std::filesystem::is_regular_file(cell.part.file, failure)) {
+        row.fail(cell.part.file.string() +
+                 " cannot be read: no such file (its place is relative to the table's folder)");
+    }
     cell.part.name = cell.part.file.string();
     cell.part.um_per_unit = um_per_unit;
     cell.part.label = static_cast<int>(label);

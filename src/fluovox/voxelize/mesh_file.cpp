@@ -14,6 +14,9 @@ Mesh parse_by_extension(std::string_view bytes, const std::string& extension, co
     if (extension == ".stl") return parse_stl(bytes, name);
     if (extension == ".off") return parse_off(bytes, name);
     if (assimp_reads(extension)) return parse_with_assimp(bytes, extension, name);
+    if (extension == ".vdb") {
+        throw InputError(name + ": is a grid already; --from-levelset FILE.vdb makes a concentration of a level set");
+    }
     throw InputError(name + ": is no mesh that fluovox reads: OBJ, PLY, STL, OFF, glTF, GLB, FBX, DAE, 3DS ...");
 }
 

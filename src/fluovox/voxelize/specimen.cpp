@@ -1,6 +1,7 @@
 #include "fluovox/voxelize/specimen.h"
 
 #include "fluovox/core/error.h"
+#include "fluovox/core/text.h"
 #include "fluovox/core/version.h"
 #include "fluovox/volume/vdb_internal.h"
 #include "fluovox/voxelize/capsule_tile.h"
@@ -141,7 +142,9 @@ std::string damage(const std::string& name, const MorphologyReport& report) {
     add(report.missing_parents, "points whose parent is missing made roots");
     add(report.cycles, "cycles cut");
     add(report.repeated_points, "points with a number used before dropped");
-    if (report.roots > 1) add(report.roots, "roots");
+    // Each tree of an ASC file is a root of its own.
+    const bool one_root = lower_case(std::filesystem::path(name).extension().string()) == ".swc";
+    if (report.roots > 1 && one_root) add(report.roots, "roots");
     if (report.soma.starts_with("none")) text += fmt::format("{}soma: {}", text.empty() ? "" : ", ", report.soma);
     return text.empty() ? text : name + ": " + text;
 }

@@ -363,7 +363,9 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
     report.voxels = grid->activeVoxelCount();
     if (settings.inside == InsideRule::Flood) report.volume_um3 = voxel_um3 * filled_voxels(*grid) / settings.value;
     if (report.voxels == 0 && !progress.stopped()) {
-        throw InputError("nothing is inside the surface: the grid would be empty");
+        throw InputError(settings.clip_um
+                             ? "nothing of it is inside the box of --bbox or --clip: the grid would be empty"
+                             : "nothing is inside the surface: the grid would be empty");
     }
     return {DyeGrid(std::make_shared<DyeGrid::Impl>(DyeGrid::Impl{grid})), report};
 }
