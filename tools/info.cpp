@@ -56,7 +56,9 @@ Vec3 without_rounding(Vec3 position, const Vec3& voxel) {
 void print_grid(const GridInfo& grid) {
     fmt::print("{}\n", grid.entry.name.empty() ? "(no name)" : grid.entry.name);
     if (!grid.entry.readable) {
-        fmt::print("  values        {} (not a grid that fluovox reads)\n", grid.entry.value_type);
+        const bool whole = grid.entry.value_type.starts_with("int");
+        fmt::print("  values        {} ({})\n", grid.entry.value_type,
+                   whole ? "whole numbers such as labels, no concentration" : "not a grid that fluovox reads");
         return;
     }
     const auto or_unknown = [](const std::string& text) { return text.empty() ? std::string("(not said)") : text; };

@@ -168,6 +168,8 @@ ExitCode run_voxelize(const std::vector<std::string>& arguments) {
     VoxelizeRequest request;
     CommandLine line = voxelize_command_line();
     if (!parse_voxelize(line, arguments, request)) return ExitCode::Ok;
+    require_writable(request.output);
+    if (!request.report.empty()) require_writable(request.report);
     const auto progress = make_progress(line.common());
     const auto say = [&](const std::string& remark) {
         if (!line.common().quiet) fmt::print(stderr, "fluovox: {}\n", printable(remark));

@@ -128,6 +128,12 @@ TEST_F(VoxelizeCommand, MistakesGetTheirExitCodeAndACure) {
          {"voxelize", "box.obj", "-o", "no/a.vdb", "--dye", "EGFP=5uM", "--voxel-size", "1um"},
          5,
          "does not exist"},
+        {"a folder for the report that does not exist, before any work", with({"box.obj", "--report", "no/a.json"}), 5,
+         "no/a.json: the folder no does not exist"},
+        {"voxels smaller than an atom",
+         {"voxelize", "box.obj", "-o", "a.vdb", "--dye", "EGFP=5uM", "--voxel-size", "1e-6nm"},
+         4,
+         "smaller than an atom; choose a larger --voxel-size"},
     });
     EXPECT_EQ(files(),
               (std::vector<std::string>{"b.vdb", "box.obj", "empty.stl", "garbage.ply", "open.obj", "small.obj"}));
@@ -203,6 +209,7 @@ TEST_F(VoxelizeCommand, ACircuitPlacesScalesAndLabelsItsCells) {
         run({"voxelize", "--circuit", "cells.csv", "-o", "c.vdb", "--voxel-size", "1um", "--labels"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_TRUE(found("EGFP 64 voxels, .*; DAPI 512 voxels, .*; labels 576 voxels", result.out)) << result.out;
+    EXPECT_TRUE(found("labels\n  values +int32 \\(whole numbers such as labels", run({"info", "c.vdb"}).out));
     // turned by 90 degrees about z: from x 0..8 to -8..0, then moved by 20
     EXPECT_TRUE(found("\\[12, 0, 0\\] to \\[20, 8, 8\\] um", run({"info", "c.vdb"}).out)) << run({"info", "c.vdb"}).out;
     write("bad.csv", "file,x\nsmall.obj,zero\n");

@@ -92,21 +92,22 @@ Bounds specimen_bounds(const std::vector<SpecimenGroup>& groups) {
     return bounds;
 }
 
-double require_sensible_voxel(double voxel_um) {
+double require_sensible_voxel(double voxel_um, const char* cure) {
     constexpr double kSmallest = 1e-4;
     if (voxel_um >= kSmallest) return voxel_um;
-    throw InputError(
-        fmt::format("voxels of {:g} um are smaller than an atom; is the unit of the meshes right? "
-                    "--mesh-unit um says that their coordinates are micrometres",
-                    voxel_um));
+    throw InputError(fmt::format("voxels of {:g} um are smaller than an atom; {}", voxel_um, cure));
 }
 
 double choose_voxel_size(const std::vector<SpecimenGroup>& groups, const SpecimenSettings& settings) {
-    if (settings.voxels.voxel_size_um > 0) return require_sensible_voxel(settings.voxels.voxel_size_um);
+    if (settings.voxels.voxel_size_um > 0) {
+        return require_sensible_voxel(settings.voxels.voxel_size_um, "choose a larger --voxel-size");
+    }
     const Vec3 size = (settings.bbox_um ? *settings.bbox_um : specimen_bounds(groups)).size();
     const double longest = std::max({size.x, size.y, size.z});
     if (!(longest > 0)) throw InputError("all meshes together have no extent, so --resolution means nothing");
-    return require_sensible_voxel(longest / settings.resolution);
+    return require_sensible_voxel(longest / settings.resolution,
+                                  "is the unit of the meshes right? --mesh-unit um says that their coordinates are "
+                                  "micrometres");
 }
 
 void require_sound(const SpecimenPart& part, const MeshReport& mesh) {
