@@ -13,7 +13,9 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 namespace fluovox::validation {
@@ -28,6 +30,19 @@ FluenceResult trace(const Case& what, std::int64_t photons, std::uint64_t seed) 
 }
 
 constexpr double kOfValue = 1e-3, kOfLaunched = 3e-4;
+
+/// Of independent runs, with its standard error.
+Estimate mean_of(const std::vector<double>& values) {
+    const auto count = static_cast<double>(values.size());
+    double sum = 0;
+    for (const double value : values)
+        sum += value;
+    const double mean = sum / count;
+    double squares = 0;
+    for (const double value : values)
+        squares += (value - mean) * (value - mean);
+    return {mean, std::sqrt(squares / (count - 1) / count)};
+}
 
 double size_of(const Case& what) {
     return what.size > 0 ? what.size : std::abs(what.expected);
@@ -103,17 +118,25 @@ Estimate deviation_of_largest(double t, double count, double degrees_of_freedom)
 }
 
 Estimate mean_of_runs(int runs, std::uint64_t seed, const std::function<double(std::uint64_t)>& run) {
-    double sum = 0;
     std::vector<double> values;
-    for (int i = 0; i < runs; ++i) {
+    for (int i = 0; i < runs; ++i)
         values.push_back(run(seed * 1000 + static_cast<std::uint64_t>(i)));
-        sum += values.back();
+    return mean_of(values);
+}
+
+Estimate mean_of_runs_at_once(int runs, std::uint64_t seed, const std::function<double(std::uint64_t)>& run) {
+    std::vector<double> values(static_cast<std::size_t>(runs));
+    const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
+    std::vector<std::future<void>> pending;
+    for (std::size_t t = 0; t < threads; ++t) {
+        pending.push_back(std::async(std::launch::async, [&, t] {
+            for (std::size_t i = t; i < values.size(); i += threads)
+                values[i] = run(seed * 1000 + i);
+        }));
     }
-    const double mean = sum / runs;
-    double squares = 0;
-    for (const double value : values)
-        squares += (value - mean) * (value - mean);
-    return {mean, std::sqrt(squares / (runs - 1) / runs)};
+    for (auto& part : pending)
+        part.get();
+    return mean_of(values);
 }
 
 Light normal_pencil(Vec3 position, Vec3 direction) {

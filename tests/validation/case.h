@@ -81,6 +81,8 @@ Estimate deviation_of(double chi_squared, double degrees_of_freedom);
 Estimate deviation_of_largest(double t, double count, double degrees_of_freedom);
 /// Mean and standard error of runs with seeds of their own.
 Estimate mean_of_runs(int runs, std::uint64_t seed, const std::function<double(std::uint64_t)>& run);
+/// The same for runs that use one thread each: as many at once as there are cores.
+Estimate mean_of_runs_at_once(int runs, std::uint64_t seed, const std::function<double(std::uint64_t)>& run);
 
 // Scenes of one light; lengths in micrometres stand for any unit.
 Light normal_pencil(Vec3 position, Vec3 direction = {0, 0, 1});

@@ -232,15 +232,15 @@ Case beads_case(bool straight, const std::shared_ptr<PlotBook>& plots) {
             constexpr double kMol = 1e-6 * 1e-15;  // of 1 uM um3
             line.x.push_back(1e18 * kMol * beads.amount_uM_um3.at(i));
             got.x = line.x;
-            line.y.push_back(expected);
-            got.y.push_back(film.mean(2, bead, 0));
+            line.y.push_back(1e-15 * expected);
+            got.y.push_back(1e-15 * film.mean(2, bead, 0));
         }
         const double slope = over / under;
         if (!straight) return Estimate{slope, 1 / std::sqrt(under)};
         Plot plot;
         plot.title = "Photons of six beads against the dye in them";
         plot.x_label = "dye, amol";
-        plot.y_label = "photons / s / m2 / sr / nm";
+        plot.y_label = "1e15 photons / s / m2 / sr / nm";
         plot.curves = {line, got};
         plots->push_back({"beads", plot});
         double squares = 0;
@@ -296,7 +296,7 @@ Case ball_case(const std::shared_ptr<PlotBook>& plots) {
     result.fixed = 9000000;
     result.estimate = [=](std::int64_t photons, std::uint64_t seed) {
         const Estimate exact = absorbed_in_ball(0, photons, seed);
-        PlotCurve curve{"ball in voxels less ball", {}, {}, {}, {0.1, 0.35, 0.7}};
+        PlotCurve curve{"", {}, {}, {}, {0.1, 0.35, 0.7}};
         // Through 4, 2 and 1 to 0; the largest voxels are for the plot only.
         constexpr std::array kSizes = {2.0, 1.0, 0.5, 0.25};
         constexpr std::array kWeights = {0.0, 1.0 / 3, -2.0, 8.0 / 3};
@@ -313,9 +313,9 @@ Case ball_case(const std::shared_ptr<PlotBook>& plots) {
             variance += std::pow(kWeights.at(i) * one.standard_error, 2);
         }
         Plot plot;
-        plot.title = "What a ball absorbs in voxels, less what it absorbs as a region";
-        plot.x_label = "voxel size over a quarter of the radius";
-        plot.y_label = "share of the light";
+        plot.title = "A ball in voxels absorbs more, the larger they are";
+        plot.x_label = "voxel size, um (radius 4 um)";
+        plot.y_label = "absorbed, less that of the ball";
         plot.curves = {curve};
         plots->push_back({"voxel-size", plot});
         return Estimate{at_zero, std::sqrt(variance)};

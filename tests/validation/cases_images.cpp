@@ -3,6 +3,7 @@
 #include "fluovox/medium/dye_library.h"
 #include "fluovox/spectral/photons.h"
 
+#include "photon_walk.h"
 #include "scene_kit.h"
 #include "validation/case.h"
 #include "validation/picture.h"
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <random>
 #include <string>
 #include <utility>
 
@@ -340,6 +342,54 @@ Case cube_total_case(const char* layer) {
     return total_case("the milky cube", scene, layer, 5000, 4);
 }
 
+/// All fluorescence in the picture of the milky cube, over that of photons which are followed one by one by the plain
+/// probabilities of nature until some of them happen to fly into the camera: code that shares nothing with the program.
+Case plain_photons_case() {
+    constexpr int kRuns = 24;
+    constexpr double kLaser_nm = 488, kBall_um = 300, kMost_per_um = 0.033;
+    Scene scene = lit_cube();
+    scene.description.camera.width = scene.description.camera.height = 2;
+    scene.description.film.unit = FilmUnit::Photons;
+    const auto launch = [](reference::Dice& dice) {
+        std::uniform_real_distribution<double> across(10, 90);
+        std::normal_distribution<double> thick(50, 10);
+        const double y = across(dice);
+        return Ray{{-10, y, thick(dice)}, {1, 0, 0}};
+    };
+    const double film_nm = scene.description.film.to_nm - scene.description.film.from_nm;
+    const double photons_per_s = photons_per_second(launched_W(scene), kLaser_nm);
+    Case result;
+    result.name = "path over plain photons: all fluorescence light in the picture of the milky cube";
+    result.expected = 1;
+    result.source = "photon by photon (tests/reference)";
+    result.fixed = 12000000;
+    const auto reaches = std::make_shared<double>(0);
+    result.reaches_sensor = reaches;
+    result.estimate = [=](std::int64_t photons, std::uint64_t seed) {
+        const Estimate plain = mean_of_runs_at_once(kRuns, seed, [&](std::uint64_t run) {
+            reference::WalkSettings settings{kLaser_nm, kBall_um, kMost_per_um, 1, photons / kRuns};
+            settings.seed = run;
+            const reference::WalkCounts counts = reference::walk(scene, launch, settings);
+            double hits = 0;
+            for (const double pixel : counts.glow_in_pixel)
+                hits += pixel;
+            return counts.radiance(scene.description.camera, hits).value / 4;  // of four pixels
+        });
+        const Film film = picture(scene, "path", photons / 12, seed);
+        double sum = 0;
+        double variance = 0;
+        for (int pixel = 0; pixel < 4; ++pixel) {
+            sum += film.mean(2, pixel, 0) / 4;
+            variance += film.variance_of_mean(2, pixel, 0) / 16;
+        }
+        const double unit = film_nm / (photons_per_s * kPerM2);
+        const double ratio = unit * sum / plain.value;
+        *reaches = plain.value * kPerM2 / film_nm * watts_on_sensor(scene);
+        return Estimate{ratio, ratio * std::hypot(plain.standard_error / plain.value, std::sqrt(variance) / sum)};
+    };
+    return result;
+}
+
 }  // namespace
 
 std::vector<Case> image_cases(const std::shared_ptr<PlotBook>& plots) {
@@ -365,6 +415,7 @@ std::vector<Case> image_cases(const std::shared_ptr<PlotBook>& plots) {
     cases.push_back(specimen_case("cuvette-rfp", 3, 8, 6000, 1));
     for (Case& figure : figure_cases(plots))
         cases.push_back(std::move(figure));
+    cases.push_back(plain_photons_case());
     return cases;
 }
 

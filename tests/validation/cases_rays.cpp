@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <future>
 #include <utility>
 #include <vector>
 
@@ -18,15 +17,6 @@ namespace {
 
 using testing::dye_in;
 using testing::host;
-
-/// `runs` with seeds of their own, side by side.
-Estimate mean_of_runs_at_once(int runs, std::uint64_t seed, const std::function<double(std::uint64_t)>& run) {
-    std::vector<std::future<double>> pending;
-    for (int i = 0; i < runs; ++i)
-        pending.push_back(std::async(std::launch::async, run, seed * 1000 + static_cast<std::uint64_t>(i)));
-    std::size_t next = 0;
-    return mean_of_runs(runs, 0, [&](std::uint64_t /*seed*/) { return pending[next++].get(); });
-}
 
 /// Rays from around the origin, inside and outside of the body, that look everywhere.
 Ray anywhere(Rng& rng) {
