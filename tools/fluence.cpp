@@ -164,11 +164,12 @@ void warn_of_what_was_cut(const LightBudget& budget, const char* what) {
     constexpr double kLittle = 1e-4;
     const Estimate& cut = budget.cut;
     if (cut.value <= kLittle * budget.launched.value || cut.value <= 5 * cut.standard_error) return;
+    const double percent = 100 * cut.value / budget.launched.value;
     fmt::print(
         stderr,
-        "warning: {:.3g} % of the {} was cut: it would be reflected inside the same surfaces, or scatter, almost "
+        "warning: {:.{}f} % of the {} was cut: it would be reflected inside the same surfaces, or scatter, almost "
         "for ever (or render.max_scatterings stops it)\n",
-        100 * cut.value / budget.launched.value, what);
+        percent, percent < 10 ? 2 : 0, what);
 }
 
 }  // namespace
