@@ -151,6 +151,64 @@ TEST(CachedEstimator, SameSeedGivesTheSameFilmForAnyNumberOfThreads) {
     }
 }
 
+/// Relative difference of the total of a cached render to that of another scene and estimator, and its standard error.
+std::pair<double, double> difference(const Scene& scene, double factor, const Scene& other, const char* estimator) {
+    RunningMean first;
+    RunningMean second;
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        first.add(factor * total(image(scene, "cached", 200, seed)));
+        second.add(total(image(other, estimator, 200, 100 + seed)));
+    }
+    return {first.mean / second.mean - 1, std::hypot(first.standard_error(), second.standard_error()) / second.mean};
+}
+
+// Light that comes in at right angles fills a clear plate as if it had no surfaces: what they reflect comes back from
+// the other side. The same holds for the way out, but for the square of the index that radiance loses.
+TEST(CachedEstimator, APlateOfGlassDimsItsDyeByTheSquareOfItsIndex) {
+    constexpr double kIndex = 1.5;
+    const BoxRegion plate{{-200, -200, 0}, {200, 200, 20}};
+    SheetLight light;
+    light.position = light.waist = {0, 0, -10};
+    light.direction = {0, 0, 1};
+    light.normal = {0, 1, 0};
+    light.width_um = light.thickness_um = 300;
+    light.profile = BeamProfile::Box;
+    Scene clear = in_tissue(dye_in(plate, 0, 1), laser(light, 488, 1e-3));
+    clear.media[0] = host(plate, 0, 0);
+    clear.dyes[0] = flat_dye(1e-5, 400, 500, 520, 600, 0.8);
+    clear.description.camera = testing::one_pixel({0, 0, 200}, {0, 0, 10}, {0, 1, 0}, 100);
+    clear.description.render.cache_voxel_um = 20;
+    clear.description.render.photons = 100000;
+    Scene glass = clear;
+    glass.media[0].refractive_index = kIndex;
+    const auto [right, error] = difference(glass, kIndex * kIndex, clear, "path");
+    EXPECT_LT(error, 0.03);
+    EXPECT_LT(std::abs(right), 5 * error);
+    const auto [wrong, its_error] = difference(glass, kIndex, clear, "path");
+    EXPECT_GT(std::abs(wrong), 5 * its_error) << "losing one power of the index is found out";
+}
+
+// Two ways to the camera: with an index next to one the cache is gathered, without one it sends out photons.
+TEST(CachedEstimator, GatheringAndSendingOutAgree) {
+    const Scene plain = in_tissue(dye_in(blobs(), 0), sheet_of(20));
+    Scene nearly = plain;
+    nearly.media[0].refractive_index = 1 + 1e-9;
+    const auto [apart, error] = difference(nearly, 1, plain, "cached");
+    EXPECT_LT(error, 0.02);
+    EXPECT_LT(std::abs(apart), 5 * error);
+}
+
+TEST(CachedEstimator, RefusesToShowUnconvertedLightThroughARefractingSurface) {
+    Scene scene = in_tissue(dye_in(blobs(), 0), sheet_of(20));
+    scene.media[0].refractive_index = 1.33;
+    EXPECT_EQ(chosen_estimator(scene).name, "cached");
+    scene.description.lights.resize(1);
+    scene.description.lights[0].light = scene.lights[0];
+    EXPECT_GT(total(image(scene, "cached", 1)), 0);
+    scene.description.film = testing::spectrometer(480, 500, 1);
+    EXPECT_THROW(image(scene, "cached", 1), SceneError);
+}
+
 TEST(CachedEstimator, SaysWhatItCannotKeepApart) {
     Scene scene = in_tissue(dye_in(blobs(), 0), sheet_of(20));
     scene.description.render.max_scatterings = 2;

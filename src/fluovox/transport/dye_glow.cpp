@@ -151,23 +151,13 @@ bool DyeGlow::draw_place(const Source& source, const Cell& cell, Rng& rng, Place
     const Vec3 in_voxels{origin.x + (cell.in_brick >> 6) + u - 0.5, origin.y + (cell.in_brick >> 3 & 7) + v - 0.5,
                          origin.z + (cell.in_brick & 7) + rng.uniform() - 0.5};
     place.position = source.lattice->world_from_index.point(in_voxels);
-    place.uM = concentration(source, place.position);
+    place.uM = dye_uM(*scene_, source.medium, place.position);
     if (!(place.uM > 0)) return false;
     place.volume_um3 = source.volume_um3;
     const double seen = seen_emission_[source.dye].integral() * scene_->dyes[source.dye].quantum_yield;
     const double view = camera_.connect(place.position, rng) ? 1 : kOutOfView;
     place.likely = seen * place.uM * place.volume_um3 * view;
     return true;
-}
-
-double DyeGlow::concentration(const Source& source, Vec3 position_um) const {
-    const SceneMedium& medium = scene_->media[source.medium];
-    if (medium.grid) return medium.amount * medium.grid->trilinear(position_um);
-    if (!contains(medium.region, position_um)) return 0;
-    const bool cut = std::any_of(medium.cut_by.begin(), medium.cut_by.end(), [&](int inner) {
-        return contains(scene_->media[static_cast<std::size_t>(inner)].region, position_um);
-    });
-    return cut ? 0 : medium.amount;
 }
 
 // About what `direct` will find on average: regions take their part of the light, grids do not.

@@ -73,7 +73,6 @@ private:
     void add_places(const Source& source, std::size_t brick, double one_in, double offset, std::uint64_t batch,
                     OpticalField& field, std::vector<Place>& places) const;
     bool draw_place(const Source& source, const Cell& cell, Rng& rng, Place& place) const;
-    double concentration(const Source& source, Vec3 position_um) const;
     double likely_direct(const Source& source, Vec3 position_um, OpticalField& field,
                          std::vector<MediumSpan>& spans) const;
     double direct(const Source& source, Vec3 position_um, OpticalField& field, Rng& rng) const;

@@ -205,6 +205,30 @@ double ExcitationCache::rate_per_uM(std::size_t medium, std::size_t brick, int i
     return scale_[l] * tallies_[l].at(brick, in_brick, place.field);
 }
 
+double ExcitationCache::glow_along(std::size_t medium, const Ray& ray, double length_um, double weight,
+                                   double absorption, Rng& rng) const {
+    const Place place = places_[medium];
+    const VoxelTally& tally = tallies_[static_cast<std::size_t>(place.lattice)];
+    double glow = 0;
+    tally.for_each_voxel(ray, length_um, [&](std::size_t brick, int in_brick, Interval stretch) {
+        const double excited = tally.at(brick, in_brick, place.field);
+        if (!(excited > 0)) return;
+        const double t = stretch.begin + rng.uniform() * stretch.length();
+        glow += excited * stretch.length() * dye_uM(*scene_, medium, ray.at(t)) * std::exp(-absorption * t);
+    });
+    return weight * scale_[static_cast<std::size_t>(place.lattice)] * glow;
+}
+
+double dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um) {
+    const SceneMedium& dye = scene.media[medium];
+    if (dye.grid) return dye.amount * dye.grid->trilinear(position_um);
+    if (!contains(dye.region, position_um)) return 0;
+    const bool cut = std::any_of(dye.cut_by.begin(), dye.cut_by.end(), [&](int inner) {
+        return contains(scene.media[static_cast<std::size_t>(inner)].region, position_um);
+    });
+    return cut ? 0 : dye.amount;
+}
+
 std::size_t ExcitationCache::bytes() const {
     std::size_t total = 0;
     for (std::size_t l = 0; l < lattices_.size(); ++l)

@@ -32,6 +32,11 @@ public:
     /// brick of the medium's lattice.
     double rate_per_uM(std::size_t medium, std::size_t brick, int in_brick) const;
 
+    /// What glows along a flight: the integral of concentration (umol/L) x rate per umol/L x the weight that is left,
+    /// estimated at one random place in each voxel; um^-2 s^-1 for a weight of one.
+    double glow_along(std::size_t medium, const Ray& ray, double length_um, double weight, double absorption,
+                      Rng& rng) const;
+
     /// The voxels of a medium that is a dye.
     const VoxelLattice& lattice(std::size_t medium) const {
         return lattices_[static_cast<std::size_t>(places_[medium].lattice)];
@@ -69,5 +74,8 @@ private:
     std::vector<double> scale_;           // per lattice: from sums to rates
     std::int64_t bound_violations_ = 0;
 };
+
+/// Concentration of a medium's dye at a point, umol/L: trilinear, or even in its region without those that replace it.
+double dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um);
 
 }  // namespace fluovox

@@ -4,7 +4,6 @@
 #include "fluovox/transport/film_response.h"
 #include "fluovox/transport/photon_rounds.h"
 #include "fluovox/transport/photon_source.h"
-#include "fluovox/transport/pixel_loop.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -74,7 +73,8 @@ void require_connectable(const Scene& scene) {
         if (medium.refractive_index) {
             throw SceneError(medium.where,
                              "the estimator \"light\" connects photons straight to the camera and cannot find the way "
-                             "through a refracting surface; leave refractive_index out, or use fluovox fluence, which "
+                             "through a refracting surface; use the estimator \"cached\" for what the dyes send out, "
+                             "leave refractive_index out, or use fluovox fluence, which "
                              "counts what leaves each face");
         }
     }

@@ -8,13 +8,8 @@
 #include "fluovox/volume/region.h"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <cmath>
-#include <functional>
-#include <memory>
 #include <utility>
 
 namespace fluovox {
@@ -36,38 +31,24 @@ Film empty_film(const Scene& scene) {
             static_cast<int>(description.film.channels.size())};
 }
 
-TrackingCounts for_each_pixel(const Scene& scene, const Illumination& illumination, PixelRenderer::Sought sought,
-                              const Progress& progress, const std::function<void(PixelRenderer&, int)>& work) {
-    // One renderer per thread, made when the thread first needs it; the film's pixels are each one thread's own.
-    tbb::enumerable_thread_specific<std::unique_ptr<PixelRenderer>> renderers;
-    const Camera& camera = scene.description.camera;
-    tbb::parallel_for(tbb::blocked_range<int>(0, camera.width * camera.height, 16), [&](const auto& range) {
-        auto& renderer = renderers.local();
-        if (!renderer) renderer = std::make_unique<PixelRenderer>(scene, illumination, sought);
-        for (int pixel = range.begin(); pixel < range.end() && !progress.stopped(); ++pixel)
-            work(*renderer, pixel);
-    });
-    TrackingCounts counts;
-    for (const auto& renderer : renderers)
-        counts += renderer->counts();
-    return counts;
-}
-
 EstimatorChoice chosen_estimator(const Scene& scene) {
     const RenderDescription& render = scene.description.render;
     if (render.estimator != "auto") return {render.estimator, ""};
-    if (!path_shows_all_lights(scene)) return {"light", "paths from the camera cannot show every light here"};
     bool scatters = false;
+    bool refracts = false;
     bool glows = false;
     bool finite = true;
     for (const SceneMedium& medium : scene.media) {
         scatters = scatters || !is_zero(medium.scattering);
+        refracts = refracts || medium.refractive_index;
         if (medium.dye < 0) continue;
         glows = true;
         finite = finite && (medium.grid ? medium.grid->background() == 0
                                         : std::isfinite(length(bounds_of(medium.region).size())));
     }
     const bool limited = render.max_scatterings && *render.max_scatterings > 0;
+    if (refracts && glows) return {"cached", "surfaces refract"};
+    if (!path_shows_all_lights(scene)) return {"light", "paths from the camera cannot show every light here"};
     if (!glows) return {"path", "there is no dye"};
     if (!scatters) return {"path", "nothing scatters"};
     if (!finite) return {"path", "a dye is infinite"};
@@ -84,12 +65,13 @@ RenderResult render(const Scene& scene, Progress& progress) {
     const Illumination illumination(scene);
     const int samples = scene.description.render.samples;
     progress.start("rendering", result.film.pixels());
-    result.counts = for_each_pixel(scene, illumination, PixelRenderer::Sought::All, progress,
-                                   [&](PixelRenderer& renderer, int pixel) {
-                                       for (int s = 0; s < samples; ++s)
-                                           result.film.add(pixel, renderer.sample(pixel, s));
-                                       progress.advance(1);
-                                   });
+    result.counts = for_each_pixel(
+        result.film.pixels(), progress, [&] { return PixelRenderer(scene, illumination); },
+        [&](PixelRenderer& renderer, int pixel) {
+            for (int sample = 0; sample < samples; ++sample)
+                result.film.add(pixel, renderer.sample(pixel, sample));
+            progress.advance(1);
+        });
     result.film.add_bound_violations(result.counts.bound_violations);
     result.stopped = progress.stopped();
     return result;

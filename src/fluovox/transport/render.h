@@ -26,6 +26,9 @@ struct EstimatorChoice {
 /// scattered on its way to a dye, else "path".
 EstimatorChoice chosen_estimator(const Scene& scene);
 
+/// A film for what the scene's camera sees, without samples.
+Film empty_film(const Scene& scene);
+
 /// Renders the scene with its own settings. The same scene and seed give the same film for any number of threads.
 /// Throws SceneError where the estimator cannot sample what the scene asks for.
 RenderResult render(const Scene& scene, Progress& progress);

@@ -1,11 +1,13 @@
 #include "fluovox/transport/render_cached.h"
 
+#include "fluovox/transport/camera_gather.h"
 #include "fluovox/transport/dye_glow.h"
 #include "fluovox/transport/excitation_cache.h"
 #include "fluovox/transport/film_response.h"
 #include "fluovox/transport/illumination.h"
 #include "fluovox/transport/photon_rounds.h"
 #include "fluovox/transport/pixel_loop.h"
+#include "fluovox/transport/pixel_renderer.h"
 #include "fluovox/transport/samplable.h"
 
 #include <algorithm>
@@ -38,6 +40,13 @@ PhotonLimits limits_after_the_dye(const RenderDescription& render) {
         limits.scatterings = *render.max_scatterings;
         limits.scatterings_are_physical = true;
     }
+    return limits;
+}
+
+// Importance is not converted.
+PhotonLimits limits_from_the_camera(const RenderDescription& render) {
+    PhotonLimits limits = limits_after_the_dye(render);
+    limits.orders = 0;
     return limits;
 }
 
@@ -95,23 +104,37 @@ private:
         return std::span(sums_).subspan(static_cast<std::size_t>(pixel) * values, values);
     }
 
-    // Light that was not converted: paths from the camera.
+    // Paths from the camera.
+    template <class Make>
+    void add_paths(Samples samples, const Make& make) {
+        const auto count = static_cast<double>(samples.last - samples.first);
+        result_.counts += for_each_pixel(result_.film.pixels(), *progress_, make, [&](auto& renderer, int pixel) {
+            const std::span<double> sums = values_of(pixel);
+            for (std::int64_t s = samples.first; s < samples.last; ++s) {
+                const auto values = renderer.sample(pixel, s);
+                for (std::size_t i = 0; i < sums.size(); ++i)
+                    sums[i] += values[i] / count;
+            }
+            progress_->advance(samples.last - samples.first);
+        });
+    }
+
+    // Light that was not converted.
     void add_elastic(Samples samples) {
-        result_.counts += for_each_pixel(*scene_, illumination_, PixelRenderer::Sought::Elastic, *progress_,
-                                         [&](PixelRenderer& renderer, int pixel) {
-                                             const std::span<double> sums = values_of(pixel);
-                                             for (std::int64_t s = samples.first; s < samples.last; ++s) {
-                                                 const auto values = renderer.sample(pixel, s);
-                                                 for (std::size_t i = 0; i < sums.size(); ++i)
-                                                     sums[i] +=
-                                                         values[i] / static_cast<double>(samples.last - samples.first);
-                                             }
-                                             progress_->advance(samples.last - samples.first);
-                                         });
+        add_paths(samples, [&] { return PixelRenderer(*scene_, illumination_, PixelRenderer::Sought::Elastic); });
+    }
+
+    void add_fluorescence(std::uint64_t batch, Samples samples) {
+        if (space_.refracts()) {
+            const PhotonLimits limits = limits_from_the_camera(scene_->description.render);
+            add_paths(samples, [&] { return CameraGather(*scene_, space_, limits, cache_); });
+        } else {
+            add_photons(batch, samples);
+        }
     }
 
     // As many photons leave the dyes as there are samples.
-    void add_fluorescence(std::uint64_t batch, Samples samples) {
+    void add_photons(std::uint64_t batch, Samples samples) {
         const std::int64_t photons = result_.film.pixels() * (samples.last - samples.first);
         glow_.place(batch, photons);
         if (!glow_.glows()) {

@@ -6,9 +6,11 @@
 
 namespace fluovox {
 
-/// The estimator "cached": photons from the lights leave what they could excite in an ExcitationCache; then paths from
-/// the camera gather it, at any wavelengths, together with what light straight from the lights excites at the points
-/// themselves. Biased by the size of the cache's voxels only, which a scattered light's slow change hardly notices.
+/// The estimator "cached": photons from the lights leave what they could excite in an ExcitationCache; then photons
+/// leave the dyes where that, or light straight from the lights, excites them (DyeGlow), each of whose events is
+/// connected to the camera. Through refracting surfaces, where nothing can be connected, paths from the camera gather
+/// what the cache holds (CameraGather). Light that was not converted is found by paths from the camera. Biased by the
+/// size of the cache's voxels only, which a scattered light's slow change hardly notices.
 ///
 /// All samples of an image would share the noise of one cache, so the whole is done in independent batches of both
 /// passes: the film has one sample per batch, the mean of its paths, and its error bars tell all noise there is.

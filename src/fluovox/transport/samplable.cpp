@@ -92,7 +92,8 @@ void require_no_refraction(const Scene& scene, const char* estimator, const char
     for (const MediumDescription& medium : scene.description.media) {
         if (!medium.refractive_index) continue;
         throw SceneError(medium.where, fmt::format("the estimator \"{}\" {} and cannot find the way through a "
-                                                   "refracting surface; leave refractive_index out, or use fluovox "
+                                                   "refracting surface; use the estimator \"cached\" for what "
+                                                   "the dyes send out, leave refractive_index out, or use fluovox "
                                                    "fluence, which follows photons from the lights",
                                                    estimator, why));
     }
@@ -117,7 +118,16 @@ void require_samplable_by_path(const Scene& scene) {
 
 void require_samplable_with_cache(const Scene& scene) {
     require_lights_shown_by_path(scene, false);
-    require_no_refraction(scene, "cached", "connects what glows straight to the camera");
+    const FilmResponse film(scene.description.film, scene.description.render.filter);
+    const bool refracts = std::any_of(scene.media.begin(), scene.media.end(),
+                                      [](const SceneMedium& medium) { return medium.refractive_index.has_value(); });
+    for (const LightDescription& light : scene.description.lights) {
+        if (!refracts || !film.sees(light.light.spectrum)) continue;
+        throw SceneError(light.where,
+                         "the film sees this light's own wavelengths, and no estimator can show light that was not "
+                         "converted through a refracting surface; block them (render.filter) to see the dyes only, "
+                         "leave refractive_index out, or use fluovox fluence, which counts what leaves each face");
+    }
     require_an_end(scene, path_wavelengths_nm(scene));
 }
 

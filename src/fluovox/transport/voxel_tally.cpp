@@ -1,7 +1,5 @@
 #include "fluovox/transport/voxel_tally.h"
 
-#include "fluovox/core/interval.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -233,8 +231,9 @@ void VoxelTally::add_point(Vec3 position_um, int field, double amount, Rng& rng)
     if (at >= 0) add(at, field, amount, rng);
 }
 
-void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
-                            const std::vector<Share>& shares, Rng& rng) {
+// One walk for those that add and those that read; a template, so that adding costs no calls.
+template <class Function>
+void VoxelTally::walk(const Ray& ray, double length_um, const Function& visit) const {
     const Ray in_voxels{index_from_world_.point(ray.origin) + Vec3{0.5, 0.5, 0.5},
                         index_from_world_.direction(ray.direction)};
     const CellBox bricks{{first_.x, first_.y, first_.z}, {count_.x, count_.y, count_.z}, kBrick};
@@ -243,18 +242,34 @@ void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, dou
     march(bricks, in_voxels, span, [&](const std::array<int, 3>& brick, Interval in_brick) {
         const std::int64_t first = slot(kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]);
         if (first < 0) return;
-        double here = absorption > 0 ? weight * std::exp(-absorption * in_brick.begin) : weight;
         const CellBox voxels{{kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]}, {kBrick, kBrick, kBrick}, 1};
-        march(voxels, in_voxels, in_brick, [&](const std::array<int, 3>& voxel, Interval in_voxel) {
-            const double lost = here * absorbed_share(absorption * in_voxel.length());
-            const double integral = absorption > 0 ? lost / absorption : here * in_voxel.length();
-            here -= lost;
+        march(voxels, in_voxels, in_brick, [&](const std::array<int, 3>& voxel, Interval stretch) {
             const int number = (voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7);
-            if (!lattice_.counts(static_cast<std::size_t>(first >> 9), number)) return;
-            for (const Share& share : shares)
-                add(first + number, share.field, share.factor * integral, rng);
+            const auto index = static_cast<std::size_t>(first >> 9);
+            if (lattice_.counts(index, number)) visit(index, number, stretch);
         });
     });
+}
+
+void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
+                            const std::vector<Share>& shares, Rng& rng) {
+    double here = weight;
+    double before = 0;  // where `here` holds
+    walk(ray, length_um, [&](std::size_t brick, int in_brick, Interval stretch) {
+        // From voxel to voxel the exponential is made from its factors; over a gap it is taken anew.
+        if (absorption > 0 && stretch.begin != before) here = weight * std::exp(-absorption * stretch.begin);
+        before = stretch.end;
+        const double lost = here * absorbed_share(absorption * stretch.length());
+        const double integral = absorption > 0 ? lost / absorption : here * stretch.length();
+        here -= lost;
+        const auto slot = static_cast<std::int64_t>(brick * kVoxels) + in_brick;
+        for (const Share& share : shares)
+            add(slot, share.field, share.factor * integral, rng);
+    });
+}
+
+void VoxelTally::for_each_voxel(const Ray& ray, double length_um, const Visit& visit) const {
+    walk(ray, length_um, visit);
 }
 
 double VoxelTally::at(Vec3 position_um, int field) const {

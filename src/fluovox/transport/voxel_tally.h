@@ -1,6 +1,7 @@
 #pragma once
 
 #include "fluovox/core/bounds.h"
+#include "fluovox/core/interval.h"
 #include "fluovox/core/rng.h"
 #include "fluovox/core/vec.h"
 #include "fluovox/volume/brick_field.h"
@@ -9,6 +10,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -58,6 +60,10 @@ public:
     /// Something that happened at one place.
     void add_point(Vec3 position_um, int field, double amount, Rng& rng);
 
+    /// Calls `visit(brick, in_brick, stretch)` for each voxel that a ray passes within `length_um`, in order.
+    using Visit = std::function<void(std::size_t brick, int in_brick, Interval stretch)>;
+    void for_each_voxel(const Ray& ray, double length_um, const Visit& visit) const;
+
     /// The sum of one field in the voxel of a position; 0 beside all voxels. Not while others add to it.
     double at(Vec3 position_um, int field) const;
     /// The same of voxel `in_brick` (z fastest) of a brick of the lattice.
@@ -70,6 +76,8 @@ public:
     static double bytes(const VoxelLattice& lattice, int fields);
 
 private:
+    template <class Function>
+    void walk(const Ray& ray, double length_um, const Function& visit) const;
     std::int64_t slot(int x, int y, int z) const;
     void add(std::int64_t slot, int field, double amount, Rng& rng);
 

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "fluovox/core/rng.h"
+#include "fluovox/optics/camera_ray.h"
+#include "fluovox/scene/scene.h"
+#include "fluovox/transport/excitation_cache.h"
+#include "fluovox/transport/film_response.h"
+#include "fluovox/transport/optical_field.h"
+#include "fluovox/transport/photon_tracer.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace fluovox {
+
+/// Samples of the pixels of a film through refracting surfaces: from the camera importance flies as photons do, is
+/// refracted, reflected and scattered, and collects what glows on its way by an ExcitationCache that holds all light.
+/// What is conserved along a ray is the radiance over the square of the refractive index. One per thread.
+class CameraGather {
+public:
+    CameraGather(const Scene& scene, const PhotonSpace& space, const PhotonLimits& limits,
+                 const ExcitationCache& cache);
+
+    /// One sample of a pixel (row x width + column) with the random numbers of number `sample`: a value for each layer
+    /// and channel, in the order of Film::add. Holds until the next call.
+    std::span<const double> sample(int pixel, std::int64_t sample);
+
+    TrackingCounts counts() const;
+
+private:
+    // What the tracer calls; only flights matter.
+    struct Sink {
+        CameraGather* owner;
+        void flight(const Photon& photon, const Flight& flight, const Zone& zone) const {
+            owner->collect(photon, flight, zone);
+        }
+        void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/) const {}
+        void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/, Vec3 /*position*/) const {}
+        void converted(const Photon& /*photon*/, int /*dye*/, double /*absorbed*/, double /*reemitted*/) const {}
+        void emission(const Photon& /*photon*/) const {}
+        void escaped(const Photon& /*photon*/) const {}
+        void cut(const Photon& /*photon*/, double /*weight*/) const {}
+        void vertex(const Photon& /*photon*/, int /*medium*/) const {}
+    };
+
+    void collect(const Photon& photon, const Flight& flight, const Zone& zone);
+
+    const Scene* scene_;
+    const PhotonSpace* space_;
+    const ExcitationCache* cache_;
+    PhotonTracer<Sink> tracer_;
+    CameraRays camera_;
+    FilmResponse response_;
+    std::size_t channels_, layers_;
+    double camera_index_ = 1;
+    Rng rng_{0, 0, 0};
+    std::vector<double> by_dye_;  // radiance per nm, um^-2 s^-1 sr^-1 nm^-1
+    std::vector<double> values_;
+};
+
+}  // namespace fluovox
