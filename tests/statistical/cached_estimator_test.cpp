@@ -74,28 +74,47 @@ double total(const Film& film) {
     return sum;
 }
 
-/// Standard errors between the totals of two estimators, from renders with seeds of their own: whatever the pixels of
-/// one render share is in the spread.
-double z_of_totals(const Scene& scene, const char* estimator, int samples, double factor = 1) {
-    RunningMean cached;
-    RunningMean other;
-    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-        cached.add(factor * total(image(scene, "cached", 600, seed)));
-        other.add(total(image(scene, estimator, samples, 100 + seed)));
+/// Totals of two estimators, from renders with seeds of their own: whatever the pixels of one render share is in the
+/// spread.
+struct Totals {
+    RunningMean cached, other;
+
+    Totals(const Scene& scene, const char* estimator, int samples) {
+        for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+            cached.add(total(image(scene, "cached", 600, seed)));
+            other.add(total(image(scene, estimator, samples, 100 + seed)));
+        }
+        EXPECT_LT(standard_error(1), 0.04 * other.mean) << "too noisy to tell anything";
     }
-    const double variance = std::pow(cached.standard_error(), 2) + std::pow(other.standard_error(), 2);
-    EXPECT_LT(std::sqrt(variance), 0.04 * other.mean) << "too noisy to tell anything";
-    return (cached.mean - other.mean) / std::sqrt(variance);
+    double standard_error(double factor) const {
+        return std::hypot(factor * cached.standard_error(), other.standard_error());
+    }
+    /// Standard errors that the cached one, made wrong by `factor`, is above the other.
+    double z(double factor = 1) const { return (factor * cached.mean - other.mean) / standard_error(factor); }
+};
+
+double z_of_totals(const Scene& scene, const char* estimator, int samples) {
+    return Totals(scene, estimator, samples).z();
 }
 
 TEST(CachedEstimator, HasTheTotalsOfTheEstimatorsWithoutACache) {
     const Scene on_grid = in_tissue(dye_in(blobs(), 0), sheet_of(20));
     EXPECT_LT(std::abs(z_of_totals(on_grid, "path", 500)), 5);
-    EXPECT_LT(std::abs(z_of_totals(on_grid, "light", 1000)), 5);
-    EXPECT_GT(std::abs(z_of_totals(on_grid, "light", 1000, 1.08)), 5) << "8 % too much is found out";
+    const Totals by_light(on_grid, "light", 1000);
+    EXPECT_LT(std::abs(by_light.z()), 5);
+    EXPECT_GT(by_light.z(1.08), 5) << "8 % too much is found out";
 
     const Scene in_ball = in_tissue(dye_in(SphereRegion{{50, 50, 50}, 40}, 0, 1), sheet_of(20));
     EXPECT_LT(std::abs(z_of_totals(in_ball, "light", 1000)), 5);
+}
+
+TEST(CachedEstimator, HasTheTotalOfPlainPathsThatScoreAtCollisions) {
+    Scene scene = in_tissue(dye_in(SphereRegion{{50, 50, 50}, 40}, 0, 1), sheet_of(20));
+    const Totals plain(scene, "collision", 8000);
+    EXPECT_LT(std::abs(plain.z()), 5);
+    EXPECT_GT(plain.z(1.2), 5) << "20 % too much is found out";
+    scene.media[1].region = SphereRegion{{50, 50, 50}, 60};
+    EXPECT_THROW(image(scene, "collision", 1), SceneError) << "some dye is beside the tissue";
 }
 
 TEST(CachedEstimator, KeepsTheGlowOfOtherDyes) {

@@ -253,7 +253,7 @@ RenderDescription read_render(const SceneTable& root) {
         {"estimator", "samples", "seed", "fluorescence_orders", "max_scatterings", "filter", "photons", "cache_voxel"});
     constexpr long long kLargest = std::numeric_limits<int>::max();
     if (table.has("estimator")) {
-        table.choice("estimator", {"auto", "path", "light", "cached", "bidirectional", "vpl"});
+        table.choice("estimator", {"auto", "path", "light", "cached", "collision", "bidirectional", "vpl"});
         render.estimator = table.text("estimator");
     }
     if (table.has("samples")) render.samples = static_cast<int>(table.integer("samples", 1, kLargest));

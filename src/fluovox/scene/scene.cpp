@@ -99,7 +99,7 @@ std::vector<int> replaced_by(const std::vector<MediumDescription>& media, std::s
 
 void require_available(const SceneDescription& description) {
     const std::string& estimator = description.render.estimator;
-    if (estimator != "auto" && estimator != "path" && estimator != "light" && estimator != "cached") {
+    if (estimator == "bidirectional" || estimator == "vpl") {
         throw SceneError(
             description.render.where,
             fmt::format("estimator \"{}\" is not available yet; \"path\", \"light\" and \"cached\" are", estimator));

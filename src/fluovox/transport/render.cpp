@@ -1,5 +1,6 @@
 #include "fluovox/transport/render.h"
 
+#include "fluovox/transport/collision_path.h"
 #include "fluovox/transport/light_tracer.h"
 #include "fluovox/transport/pixel_loop.h"
 #include "fluovox/transport/pixel_renderer.h"
@@ -20,6 +21,22 @@ std::vector<std::string> dye_names(const Scene& scene) {
     for (const Dye& dye : scene.dyes)
         names.push_back(dye.name);
     return names;
+}
+
+// Independent samples of each pixel.
+template <class Make>
+RenderResult render_by_pixels(const Scene& scene, Progress& progress, const Make& make) {
+    RenderResult result{empty_film(scene), {}, false};
+    const int samples = scene.description.render.samples;
+    progress.start("rendering", result.film.pixels());
+    result.counts = for_each_pixel(result.film.pixels(), progress, make, [&](auto& renderer, int pixel) {
+        for (int sample = 0; sample < samples; ++sample)
+            result.film.add(pixel, renderer.sample(pixel, sample));
+        progress.advance(1);
+    });
+    result.film.add_bound_violations(result.counts.bound_violations);
+    result.stopped = progress.stopped();
+    return result;
 }
 
 }  // namespace
@@ -60,21 +77,13 @@ RenderResult render(const Scene& scene, Progress& progress) {
     const std::string estimator = chosen_estimator(scene).name;
     if (estimator == "light") return render_from_lights(scene, progress);
     if (estimator == "cached") return render_from_cache(scene, progress);
-    require_samplable_by_path(scene);
-    RenderResult result{empty_film(scene), {}, false};
     const Illumination illumination(scene);
-    const int samples = scene.description.render.samples;
-    progress.start("rendering", result.film.pixels());
-    result.counts = for_each_pixel(
-        result.film.pixels(), progress, [&] { return PixelRenderer(scene, illumination); },
-        [&](PixelRenderer& renderer, int pixel) {
-            for (int sample = 0; sample < samples; ++sample)
-                result.film.add(pixel, renderer.sample(pixel, sample));
-            progress.advance(1);
-        });
-    result.film.add_bound_violations(result.counts.bound_violations);
-    result.stopped = progress.stopped();
-    return result;
+    if (estimator == "collision") {
+        require_samplable_by_collisions(scene);
+        return render_by_pixels(scene, progress, [&] { return CollisionPaths(scene, illumination); });
+    }
+    require_samplable_by_path(scene);
+    return render_by_pixels(scene, progress, [&] { return PixelRenderer(scene, illumination); });
 }
 
 }  // namespace fluovox
