@@ -191,7 +191,7 @@ Case unmix_case(bool second) {
     result.expected = kConcentration.at(second ? 1 : 0);
     result.uncertainty = 1e-3 * result.expected;  // thin to one part in a thousand, as are the spectra alone
     result.source = "what was put in";
-    result.fixed = second ? 120000 : 160000;
+    result.fixed = second ? 300000 : 320000;
     result.scale = 0;
     result.estimate = [=](std::int64_t samples, std::uint64_t seed) {
         const Scene scene = scene_with(kConcentration[0], kConcentration[1]);
@@ -258,7 +258,7 @@ std::vector<double> smooth_variance(const Film& film, int layer) {
 Case pixels_case(int layer, bool worst) {
     Case result;
     result.name = fmt::format("path against light in 32 x 32 pixels, {} ({} as a deviation)",
-                              layer == 1 ? "elastic" : "fluorescence", worst ? "largest |z|" : "chi-squared");
+                              layer == 1 ? "elastic" : "fluorescence", worst ? "largest z" : "chi-squared");
     result.source = "the other estimator";
     result.fixed = 1200;
     result.many = true;
