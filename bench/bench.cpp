@@ -24,7 +24,7 @@ using namespace fluovox;         // NOLINT(google-build-using-namespace): a prog
 using namespace fluovox::bench;  // NOLINT(google-build-using-namespace)
 
 constexpr const char* kUsage =
-    "usage: fluovox_bench [--json FILE] [--only elastic|photons|fluorescence|neuron] [--write FOLDER]\n"
+    "usage: fluovox_bench [--json FILE] [--only elastic|photons|fluorescence|neuron|sheet] [--write FOLDER]\n"
     "  --json FILE     also writes the figures\n"
     "  --only GROUP    only these rows\n"
     "  --write FOLDER  only writes the scenes, for `fluovox render`\n";
@@ -81,6 +81,7 @@ bool run(const Options& options) {
     if (wants("photons")) report_photons(folder, table);
     if (wants("neuron") || wants("fluorescence")) report_neuron(folder / "neuron", table);
     if (wants("fluorescence")) report_fluorescence(folder, folder / "neuron", table);
+    if (wants("sheet")) report_sheet(folder, table);
     fs::remove_all(folder);
     if (!options.json.empty()) table.save_json(options.json);
     return table.finish();

@@ -18,6 +18,9 @@ void report_photons(const std::filesystem::path& folder, Table& table);
 /// A slice of a light-sheet image, and what carrying many wavelengths along is worth. `neuron`: folder of the specimen.
 void report_fluorescence(const std::filesystem::path& folder, const std::filesystem::path& neuron, Table& table);
 
+/// What the estimators are worth on one plane of a light-sheet stack.
+void report_sheet(const std::filesystem::path& folder, Table& table);
+
 /// The project's own neuron: voxels, set-up, images.
 void report_neuron(const std::filesystem::path& neuron, Table& table);
 

@@ -3,7 +3,7 @@
 # many targets are met; exit 1 where one is missed. Installs what is missing (see cmake/packages.txt).
 #   ./tools/bench.sh                    all rows, in a few minutes
 #   ./tools/bench.sh --json bench.json  and the figures for a script
-#   ./tools/bench.sh --only photons     one group: elastic, photons, neuron, fluorescence
+#   ./tools/bench.sh --only photons     one group: elastic, photons, neuron, fluorescence, sheet
 #   ./tools/bench.sh --write FOLDER     only the scenes, for `fluovox render`
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -45,7 +45,12 @@ void CameraSink::start(const Photon& photon, const Light& light, Rng& rng) {
     }
 }
 
-void CameraSink::finish(Splats& splats) {
+void CameraSink::finish(Splats& splats, Order order) {
+    if (order == Order::AsItWas) {
+        splats.insert(splats.end(), splats_.begin(), splats_.end());
+        splats_.clear();
+        return;
+    }
     std::stable_sort(splats_.begin(), splats_.end(), [](const Splat& a, const Splat& b) { return a.at < b.at; });
     const std::size_t first = splats.size();
     for (std::size_t i = 0; i < splats_.size();) {

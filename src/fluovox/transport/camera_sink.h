@@ -20,7 +20,7 @@ namespace fluovox {
 struct Splat {
     std::size_t at = 0;  ///< (pixel x layers + layer) x channels + channel
     double value = 0;
-    bool begins_layer = false;  ///< the first of its photon in its pixel and layer
+    bool begins_layer = false;  ///< summed by place: the first of its photon in its pixel and layer
 };
 
 /// Splats of the photons of a batch, in their order.
@@ -40,8 +40,9 @@ public:
     void start(const Photon& photon, const Light& light, Rng& rng);
     /// A photon is about to leave a dye.
     void start(Rng& rng) { rng_ = &rng; }
-    /// Appends what the photon came to, summed by place on the film.
-    void finish(Splats& splats);
+    /// Appends what the photon came to: as it was, or summed by place on the film.
+    enum class Order { AsItWas, ByPlace };
+    void finish(Splats& splats, Order order);
 
     /// Light that is scattered forward gets to the camera from directions about that to the camera.
     std::span<const DirectionLobe> lobes(const Photon& photon) const;

@@ -109,7 +109,8 @@ RenderResult render_from_lights(const Scene& scene, Progress& progress) {
         worker.sink.start(photon, scene.lights[light], rng);
         worker.tracer.follow(photon, rng, worker.sink);
     };
-    rounds.trace(photons, progress, trace, [&](std::span<const Splat> splats) { sums.add(splats); });
+    rounds.trace(photons, progress, CameraSink::Order::ByPlace, trace,
+                 [&](std::span<const Splat> splats) { sums.add(splats); });
     sums.put_on(film, photons);
     result.counts = rounds.counts();
     film.add_bound_violations(result.counts.bound_violations);

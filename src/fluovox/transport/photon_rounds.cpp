@@ -24,7 +24,7 @@ PhotonRounds::PhotonRounds(const Scene& scene, const PhotonSpace& space, const P
 
 PhotonRounds::~PhotonRounds() = default;
 
-void PhotonRounds::trace(std::int64_t photons, Progress& progress,
+void PhotonRounds::trace(std::int64_t photons, Progress& progress, CameraSink::Order order,
                          const std::function<void(Worker&, std::int64_t)>& trace,
                          const std::function<void(std::span<const Splat>)>& add) {
     constexpr std::int64_t kBatch = 1000, kRound = 64;
@@ -39,7 +39,7 @@ void PhotonRounds::trace(std::int64_t photons, Progress& progress,
                 const std::int64_t last = std::min(photons, first + kBatch);
                 for (std::int64_t n = first; n < last; ++n) {
                     trace(worker, n);
-                    worker.sink.finish(batch);
+                    worker.sink.finish(batch, order);
                 }
                 progress.advance(last - first);
             }

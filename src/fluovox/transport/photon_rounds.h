@@ -29,7 +29,8 @@ public:
 
     /// Calls `trace` for all numbers below `photons`, in any order, and `add` with their splats in the order of the
     /// numbers, so that sums do not depend on the threads. Stops early when the user stops `progress`.
-    void trace(std::int64_t photons, Progress& progress, const std::function<void(Worker&, std::int64_t)>& trace,
+    void trace(std::int64_t photons, Progress& progress, CameraSink::Order order,
+               const std::function<void(Worker&, std::int64_t)>& trace,
                const std::function<void(std::span<const Splat>)>& add);
 
     TrackingCounts counts() const;

@@ -142,7 +142,7 @@ private:
             return;
         }
         const auto trace = [&](PhotonRounds::Worker& worker, std::int64_t n) { emit(worker, batch, n, photons); };
-        rounds_.trace(photons, *progress_, trace, [&](std::span<const Splat> splats) {
+        rounds_.trace(photons, *progress_, CameraSink::Order::AsItWas, trace, [&](std::span<const Splat> splats) {
             for (const Splat& splat : splats)
                 sums_[splat.at] += splat.value;
         });
