@@ -80,6 +80,7 @@ struct RenderDescription {
     std::optional<FilterDescription> filter;
     std::optional<double> photons;         ///< pass 1 of `cached`
     std::optional<double> cache_voxel_um;  ///< `cached`
+    bool plain_tracking = false;           ///< by one bound for each grid: the reference; not in the scene file
     SourceLocation where;
 };
 

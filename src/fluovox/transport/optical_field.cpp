@@ -1,6 +1,8 @@
 #include "fluovox/transport/optical_field.h"
 
 #include "fluovox/volume/majorant_walk.h"
+#include "fluovox/volume/plain_walk.h"
+#include "fluovox/volume/visit_bounds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,6 +38,7 @@ void subtract(std::vector<MediumSpan>& spans, std::size_t first, Interval cut) {
 TrackingCounts& TrackingCounts::operator+=(const TrackingCounts& other) {
     real_collisions += other.real_collisions;
     null_collisions += other.null_collisions;
+    shadow_collisions += other.shadow_collisions;
     grid_lookups += other.grid_lookups;
     bound_violations += other.bound_violations;
     return *this;
@@ -50,7 +53,7 @@ double hero_depth(const std::vector<MediumSpan>& spans, const PathOptics& optics
     return depth;
 }
 
-OpticalField::OpticalField(const Scene& scene) : scene_(&scene) {
+OpticalField::OpticalField(const Scene& scene) : scene_(&scene), plain_(scene.description.render.plain_tracking) {
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
         (scene.media[i].grid ? gridded_ : constant_).push_back(static_cast<int>(i));
     }
@@ -108,12 +111,11 @@ double OpticalField::tap(const SparseGrid& grid, Vec3 index_position, double bou
     return value;
 }
 
-void OpticalField::ratio_track(const SceneMedium& medium, const Ray& ray, double end_um, const Lanes& coefficient,
-                               double most, Rng& rng, Lanes& transmittance) {
+template <class Walk>
+void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most, Rng& rng, Lanes& transmittance) {
     // Below this the rest is decided by roulette: the expectation stays, the walk through the dark ends.
     constexpr double kDim = 1e-3;
-    MajorantWalk walk(*medium.grid, ray, {0, end_um}, most);
-    MajorantWalk::Segment segment;
+    typename Walk::Segment segment;
     ExponentialDistance depth(rng);
     while (walk.next(segment)) {
         if (!std::isfinite(segment.end)) {  // background for ever: a wavelength is lost in it, or not touched at all
@@ -127,8 +129,10 @@ void OpticalField::ratio_track(const SceneMedium& medium, const Ray& ray, double
         while (depth.ends_within(majorant * (segment.end - t))) {
             t += depth.rest() / majorant;
             depth = ExponentialDistance(rng);
-            ++counts_.null_collisions;
-            const double share = tap(*medium.grid, walk.index_at(t), segment.bound, rng) / majorant;
+            ++counts_.shadow_collisions;
+            const double share =
+                counted_tap([&](double at, Vec3 u) { return walk.tap(at, u); }, segment.bound, t, rng, counts_) /
+                majorant;
             if (share == 0) continue;
             for (int k = 0; k < kMaxLanes; ++k)
                 transmittance[k] *= 1 - share * coefficient[k];
@@ -158,17 +162,53 @@ Lanes OpticalField::transmittance(const Ray& ray, const std::vector<MediumSpan>&
         const PathOptics::MediumLanes& lanes = optics.media[static_cast<std::size_t>(i)];
         const double most = loss == Loss::Absorption ? lanes.max_absorption : lanes.max_extinction;
         if (most <= 0) continue;
-        ratio_track(scene_->media[static_cast<std::size_t>(i)], ray, end_um, lanes_of(lanes, loss), most, rng, result);
+        const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(i)].grid;
+        if (plain_) {
+            ratio_track(PlainWalk(grid, ray, {0, end_um}, most), lanes_of(lanes, loss), most, rng, result);
+        } else {
+            ratio_track(MajorantWalk(grid, ray, {0, end_um}, most), lanes_of(lanes, loss), most, rng, result);
+        }
     }
     return result;
 }
 
-void OpticalField::delta_track(int medium, const Ray& ray, const PathOptics& optics, Rng& rng,
+template <class Tracking>
+void OpticalField::track(int medium, const Ray& ray, double end_um, double coefficient, Tracking& tracking) const {
+    const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(medium)].grid;
+    const auto step_along = [&](auto walk) {
+        const auto tap = [&](double t, Vec3 u) { return walk.tap(t, u); };
+        for (auto segment = typename decltype(walk)::Segment{}; walk.next(segment);) {
+            if (tracking.look(segment.begin, segment.end, segment.bound, tap)) return;
+        }
+    };
+    if (plain_) {
+        step_along(PlainWalk(grid, ray, {0, end_um}, coefficient));
+    } else if (grid.background() > 0) {
+        step_along(MajorantWalk(grid, ray, {0, end_um}, coefficient));
+    } else {
+        visit_bounds(grid, ray, {0, end_um}, coefficient, [&](double begin, double end, double bound, const auto& tap) {
+            return tracking.look(begin, end, bound, tap);
+        });
+    }
+}
+
+double OpticalField::first_collision(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng) {
+    CollisionSearch search(coefficient, rng, counts_);
+    track(medium, ray, end_um, coefficient, search);
+    return search.found();
+}
+
+double OpticalField::ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng) {
+    RatioTracking tracking(coefficient, rng, counts_);
+    track(medium, ray, end_um, coefficient, tracking);
+    return tracking.left();
+}
+
+template <class Walk>
+void OpticalField::delta_track(Walk walk, int medium, const PathOptics& optics, Rng& rng,
                                std::optional<Scattering>& nearest, Lanes& likeness) {
     const PathOptics::MediumLanes& lanes = optics.media[static_cast<std::size_t>(medium)];
-    const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(medium)].grid;
-    MajorantWalk walk(grid, ray, {0, nearest ? nearest->t_um : kFar}, lanes.max_scattering);
-    MajorantWalk::Segment segment;
+    typename Walk::Segment segment;
     ExponentialDistance depth(rng);
     while (walk.next(segment)) {
         if (!std::isfinite(segment.end) && lanes.scattering[0] <= 0) {  // the hero leaves; others would not
@@ -182,7 +222,9 @@ void OpticalField::delta_track(int medium, const Ray& ray, const PathOptics& opt
         while (depth.ends_within(majorant * (segment.end - t))) {
             t += depth.rest() / majorant;
             depth = ExponentialDistance(rng);
-            const double share = tap(grid, walk.index_at(t), segment.bound, rng) / majorant;
+            const double share =
+                counted_tap([&](double at, Vec3 u) { return walk.tap(at, u); }, segment.bound, t, rng, counts_) /
+                majorant;
             const double real = share * lanes.scattering[0];
             if (rng.uniform() < real) {
                 for (int k = 0; k < kMaxLanes; ++k)
@@ -210,8 +252,15 @@ std::optional<Scattering> OpticalField::sample_scattering(const Ray& ray, const 
     const bool constant_first = nearest.has_value();
     const double constant_t = constant_first ? nearest->t_um : kFar;
     for (const int i : gridded_) {
-        if (optics.media[static_cast<std::size_t>(i)].max_scattering > 0)
-            delta_track(i, ray, optics, rng, nearest, likeness);
+        const double most = optics.media[static_cast<std::size_t>(i)].max_scattering;
+        if (most <= 0) continue;
+        const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(i)].grid;
+        const Interval span{0, nearest ? nearest->t_um : kFar};
+        if (plain_) {
+            delta_track(PlainWalk(grid, ray, span, most), i, optics, rng, nearest, likeness);
+        } else {
+            delta_track(MajorantWalk(grid, ray, span, most), i, optics, rng, nearest, likeness);
+        }
     }
     if (nearest) ++counts_.real_collisions;
     if (optics.grey_scattering) {

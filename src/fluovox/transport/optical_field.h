@@ -5,6 +5,7 @@
 #include "fluovox/core/vec.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/spectral/lanes.h"
+#include "fluovox/transport/grid_tracking.h"
 
 #include <cstdint>
 #include <optional>
@@ -29,16 +30,6 @@ struct PathOptics {
 struct MediumSpan {
     Interval span;
     int medium = 0;
-};
-
-/// What tracking met; summed over threads.
-struct TrackingCounts {
-    std::int64_t real_collisions = 0;  ///< scatterings and conversions
-    std::int64_t null_collisions = 0;  ///< tentative ones
-    std::int64_t grid_lookups = 0;
-    std::int64_t bound_violations = 0;  ///< a value above its bound: must stay zero
-
-    TrackingCounts& operator+=(const TrackingCounts& other);
 };
 
 /// Which part of the extinction takes light away.
@@ -96,16 +87,26 @@ public:
     /// The part of the ray beyond which there is no medium at all.
     Interval reach(const Ray& ray, const std::vector<MediumSpan>& spans) const;
 
+    /// The same for one wavelength (lane 0), with one grid and coefficient: see grid_tracking.h.
+    double first_collision(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng);
+    double ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng);
+
     const Scene& scene() const { return *scene_; }
+    /// Indices of the media with a grid.
+    const std::vector<int>& gridded() const { return gridded_; }
     TrackingCounts& counts() { return counts_; }
 
 private:
-    void ratio_track(const SceneMedium& medium, const Ray& ray, double end_um, const Lanes& coefficient, double most,
-                     Rng& rng, Lanes& transmittance);
-    void delta_track(int medium, const Ray& ray, const PathOptics& optics, Rng& rng, std::optional<Scattering>& nearest,
+    template <class Tracking>
+    void track(int medium, const Ray& ray, double end_um, double coefficient, Tracking& tracking) const;
+    template <class Walk>
+    void ratio_track(Walk walk, const Lanes& coefficient, double most, Rng& rng, Lanes& transmittance);
+    template <class Walk>
+    void delta_track(Walk walk, int medium, const PathOptics& optics, Rng& rng, std::optional<Scattering>& nearest,
                      Lanes& likeness);
 
     const Scene* scene_;
+    bool plain_;                           // tracks by PlainWalk
     std::vector<int> constant_, gridded_;  // indices of media
     TrackingCounts counts_;
 };

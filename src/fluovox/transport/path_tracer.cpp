@@ -27,7 +27,7 @@ Lanes PathRadiance::converted() const {
 }
 
 PathTracer::PathTracer(const Scene& scene, const Illumination& illumination)
-    : scene_(&scene), illumination_(&illumination), field_(scene) {
+    : scene_(&scene), illumination_(&illumination), field_(scene), line_tracer_(scene, field_) {
     for (const Illumination::Line& line : illumination.lines()) {
         line_optics_.push_back(field_.optics(Wavelengths::one(line.wavelength_nm)));
     }
@@ -67,6 +67,10 @@ void PathTracer::estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRa
 }
 
 void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result) {
+    if (task.optics->wavelengths.count == 1 && (task.orders == 0 || scene_->dyes.empty())) {
+        if (!task.light_photons.empty()) result.elastic[0] += line_tracer_.radiance(ray, task, rng);
+        return;
+    }
     Level& here = level(depth);
     const PathOptics& optics = *task.optics;
     const int count = optics.wavelengths.count;

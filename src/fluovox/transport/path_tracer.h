@@ -7,6 +7,7 @@
 #include "fluovox/spectral/lanes.h"
 #include "fluovox/transport/direction_lobes.h"
 #include "fluovox/transport/illumination.h"
+#include "fluovox/transport/line_tracer.h"
 #include "fluovox/transport/optical_field.h"
 #include "fluovox/transport/source_table.h"
 
@@ -54,6 +55,9 @@ public:
     /// One unbiased estimate of the radiance that arrives at the origin of `ray` from
     /// its direction.
     void estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRadiance& result);
+
+    PathTracer(const PathTracer&) = delete;
+    PathTracer& operator=(const PathTracer&) = delete;
 
     /// The media at a laser line of `illumination`.
     const PathOptics& line_optics(std::size_t line) const { return line_optics_[line]; }
@@ -136,6 +140,7 @@ private:
     const Scene* scene_;
     const Illumination* illumination_;
     OpticalField field_;
+    LineTracer line_tracer_;  // elastic light of one wavelength
     std::vector<PathOptics> line_optics_;
     std::vector<std::vector<Spectrum>> dye_to_dye_;  // [absorber][emitter]: emission x absorption, to draw from
     // Excitation that was scattered forward still comes more or less from where a collimated light shines: paths that

@@ -58,8 +58,8 @@ SparseGrid SparseGrid::from_function(Voxel min, Voxel max, const Affine& world_f
 }
 
 std::size_t SparseGrid::memory_bytes() const {
-    return sizeof(*this) + 4 * (nodes_.size() + node_bounds_.size() + cells_.size() + cell_bounds_.size() +
-                                voxels_.size() + constants_.size());
+    return sizeof(*this) + 4 * (groups_.size() + slots_.size() + constants_.size()) + sizeof(Node) * nodes_.size() +
+           sizeof(Brick) * bricks_.size() + 2 * codes_.size();
 }
 
 }  // namespace fluovox

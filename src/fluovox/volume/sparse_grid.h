@@ -1,13 +1,14 @@
 #pragma once
 
 #include "fluovox/core/bounds.h"
+#include "fluovox/core/interval.h"
 #include "fluovox/core/vec.h"
 #include "fluovox/volume/grid_info.h"
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -37,14 +38,21 @@ struct Voxel {
     int x = 0, y = 0, z = 0;
 };
 
-/// A sparse scalar field made once for tracking: values in 8^3 bricks, constant stretches without storage, and upper
-/// bounds over bricks and over nodes of 16^3 bricks. Between voxel centres the field is trilinear, and the bounds hold
-/// for that. Memory follows the active voxels. Immutable: any number of threads may read it.
+/// The largest whole number that is not above `x`, for |x| < 2^31; no call of a library function.
+constexpr int floor_to_int(double x) {
+    const int whole = static_cast<int>(x);
+    return whole - (static_cast<double>(whole) > x ? 1 : 0);
+}
+
+/// A sparse scalar field made once for tracking. Voxels that are not zero are stored in 16 bits (of the largest value
+/// in their brick of 8^3, which is exact) behind a mask per block of 4^3; constant bricks and blocks take no room.
+/// Upper bounds are kept over blocks, bricks and nodes of 4^3 bricks. Between voxel centres the field is trilinear, and
+/// the bounds hold for that. Memory follows the active voxels. Immutable: any number of threads may read it.
 class SparseGrid {
 public:
-    static constexpr int kBrickSize = 8;                   ///< voxels along a brick
-    static constexpr int kNodeSize = 128;                  ///< voxels along a node
-    static constexpr int kCells = kNodeSize / kBrickSize;  ///< bricks along a node
+    static constexpr int kBlockSize = 4;  ///< voxels along a block
+    static constexpr int kBrickSize = 8;  ///< voxels along a brick
+    static constexpr int kNodeSize = 32;  ///< voxels along a node
 
     /// Reads one grid of a VDB file; `units` turns what the file says of itself into factors for its values and
     /// lengths. Throws InputError for anything that is not a field of finite values >= 0 with an affine transform.
@@ -55,24 +63,23 @@ public:
     static SparseGrid from_function(Voxel min, Voxel max, const Affine& world_from_index,
                                     const std::function<double(Voxel)>& f);
 
-    /// Value of a voxel.
+    /// Value of a voxel, from the root down.
     float value(Voxel voxel) const {
-        const std::int32_t node = node_at(voxel.x >> 7, voxel.y >> 7, voxel.z >> 7);
-        if (node < 0) return constants_[static_cast<std::size_t>(~node)];
-        const auto cell = static_cast<std::size_t>((((voxel.x >> 3) & 15) << 8) | (((voxel.y >> 3) & 15) << 4) |
-                                                   ((voxel.z >> 3) & 15));
-        const std::int32_t brick = cells_[static_cast<std::size_t>(node) * kCellsPerNode + cell];
-        if (brick < 0) return constants_[static_cast<std::size_t>(~brick)];
-        const auto in_brick = static_cast<std::size_t>(((voxel.x & 7) << 6) | ((voxel.y & 7) << 3) | (voxel.z & 7));
-        return voxels_[static_cast<std::size_t>(brick) * kVoxelsPerBrick + in_brick];
+        const std::int32_t node = node_at(voxel.x >> 5, voxel.y >> 5, voxel.z >> 5);
+        if (node < 0) return constants_[0];
+        const Brick* brick = brick_of(nodes_[static_cast<std::size_t>(node)], (voxel.x >> 3) & 3, (voxel.y >> 3) & 3,
+                                      (voxel.z >> 3) & 3);
+        return brick == nullptr ? constants_[0] : value_in(*brick, voxel);
     }
 
     /// Value of one of the eight voxels around an index-space position, drawn with the trilinear weights by three
     /// uniform numbers in `u`: its expectation is the trilinear value. Valid wherever the result is used linearly.
-    float tap(Vec3 index_position, Vec3 u) const {
-        return value({static_cast<int>(std::floor(index_position.x + u.x)),
-                      static_cast<int>(std::floor(index_position.y + u.y)),
-                      static_cast<int>(std::floor(index_position.z + u.z))});
+    float tap(Vec3 index_position, Vec3 u) const { return value(tapped_voxel(index_position, u)); }
+
+    /// The voxel that `tap` looks up.
+    static Voxel tapped_voxel(Vec3 index_position, Vec3 u) {
+        return {floor_to_int(index_position.x + u.x), floor_to_int(index_position.y + u.y),
+                floor_to_int(index_position.z + u.z)};
     }
 
     /// The trilinear field at a world position (micrometres).
@@ -82,7 +89,7 @@ public:
     const Affine& world_from_index() const { return world_from_index_; }
     /// World box outside which the field is `background()`.
     const Bounds& bounds() const { return bounds_; }
-    double background() const { return constants_[0]; }
+    double background() const { return static_cast<double>(constants_[0]); }
     /// Largest voxel value.
     double max() const { return max_; }
     std::size_t active_voxels() const { return active_voxels_; }
@@ -91,13 +98,41 @@ public:
 private:
     friend class SparseGridBuilder;
     friend class MajorantWalk;
+    template <class Visit>
+    friend void visit_bounds(const SparseGrid& grid, const Ray& ray, Interval span, double coefficient, Visit visit);
+    friend class BoundPlace;
 
-    static constexpr std::size_t kCellsPerNode = std::size_t{kCells} * kCells * kCells;
-    static constexpr std::size_t kVoxelsPerBrick = std::size_t{kBrickSize} * kBrickSize * kBrickSize;
+    /// Children at or above this are constants, not blocks.
+    static constexpr std::uint16_t kConstants = 0xfe00;
+
+    /// 8^3 voxels in eight blocks; the first one lies at codes_[base].
+    struct Brick {
+        std::uint32_t base = 0;
+        float bound = 0;                       // largest of the blocks
+        float scale = 0;                       // of the codes
+        float excess = 0;                      // of the bound over the mean of the blocks' bounds
+        std::array<std::uint16_t, 8> child{};  // a block, from `base`; or kConstants + a constant
+        std::array<std::uint8_t, 8> bounds{};  // of the blocks: 0, or in 1/256 of `bound`, less one
+    };
+    /// 4^3 bricks; only those that differ from the background are there, one after the other.
+    struct Node {
+        std::uint64_t mask = 0;
+        std::uint32_t first = 0;  // brick
+        float bound = 0;          // largest of the bricks
+        float excess = 0;         // of the bound over the mean of all blocks' bounds
+    };
 
     SparseGrid() = default;
 
-    // Index of the node with these node coordinates, or the complement of an index into constants_.
+    // Bits that are set. (The builtin calls a function on processors that may lack the instruction.)
+    static int count_bits(std::uint64_t bits) {
+        bits -= (bits >> 1U) & 0x5555555555555555ULL;
+        bits = (bits & 0x3333333333333333ULL) + ((bits >> 2U) & 0x3333333333333333ULL);
+        bits = (bits + (bits >> 4U)) & 0x0f0f0f0f0f0f0f0fULL;
+        return static_cast<int>((bits * 0x0101010101010101ULL) >> 56U);
+    }
+
+    // Index of the node with these node coordinates, or -1.
     std::int32_t node_at(int x, int y, int z) const {
         const int i = x - node_min_.x;
         const int j = y - node_min_.y;
@@ -105,24 +140,52 @@ private:
         if (static_cast<unsigned>(i) >= static_cast<unsigned>(node_count_.x) ||
             static_cast<unsigned>(j) >= static_cast<unsigned>(node_count_.y) ||
             static_cast<unsigned>(k) >= static_cast<unsigned>(node_count_.z)) {
-            return ~0;
+            return -1;
         }
-        return nodes_[node_slot(i, j, k)];
+        const std::int32_t group = groups_[group_slot(i >> 3, j >> 3, k >> 3)];
+        if (group < 0) return -1;
+        return slots_[static_cast<std::size_t>(group) * kNodesPerGroup +
+                      static_cast<std::size_t>(((i & 7) << 6) | ((j & 7) << 3) | (k & 7))];
     }
-    std::size_t node_slot(int i, int j, int k) const {
-        return (static_cast<std::size_t>(i) * static_cast<std::size_t>(node_count_.y) + static_cast<std::size_t>(j)) *
-                   static_cast<std::size_t>(node_count_.z) +
+    std::size_t group_slot(int i, int j, int k) const {
+        return (static_cast<std::size_t>(i) * static_cast<std::size_t>(group_count_.y) + static_cast<std::size_t>(j)) *
+                   static_cast<std::size_t>(group_count_.z) +
                static_cast<std::size_t>(k);
     }
+    const Brick* brick_of(const Node& node, int x, int y, int z) const {
+        const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>((x << 4) | (y << 2) | z);
+        if ((node.mask & bit) == 0) return nullptr;
+        return &bricks_[node.first + static_cast<unsigned>(count_bits(node.mask & (bit - 1)))];
+    }
+    // Of a voxel of the brick.
+    float value_in(const Brick& brick, Voxel voxel) const {
+        const auto block = static_cast<std::size_t>((voxel.x & 4) | ((voxel.y & 4) >> 1) | ((voxel.z & 4) >> 2));
+        const std::uint16_t child = brick.child[block];
+        if (child >= kConstants) return constants_[child - kConstants];
+        const std::uint16_t* codes = &codes_[brick.base + child];
+        std::uint64_t mask = 0;
+        std::memcpy(&mask, codes, sizeof(mask));
+        const std::uint64_t bit = std::uint64_t{1}
+                                  << static_cast<unsigned>(((voxel.x & 3) << 4) | ((voxel.y & 3) << 2) | (voxel.z & 3));
+        if ((mask & bit) == 0) return 0;
+        return decoded(codes[4 + count_bits(mask & (bit - 1))], brick.scale);
+    }
+    static float decoded(std::uint16_t code, float scale) { return (static_cast<float>(code) + 1) * scale; }
+    static double bound_of(const Brick& brick, unsigned block) {
+        const unsigned share = brick.bounds[block];
+        return share == 0 ? 0 : static_cast<double>(brick.bound) * ((share + 1) * (1.0 / 256));
+    }
+
+    static constexpr std::size_t kNodesPerGroup = 512;
 
     Affine world_from_index_, index_from_world_;
-    Voxel node_min_, node_count_;
-    Voxel occupied_min_, occupied_max_;   // box of the cells with a bound above the background, in voxels
-    std::vector<std::int32_t> nodes_;     // per slot of the node box: a node, or ~constant
-    std::vector<float> node_bounds_;      // per slot
-    std::vector<std::int32_t> cells_;     // per node and cell: a brick, or ~constant
-    std::vector<float> cell_bounds_;      // per node and cell
-    std::vector<float> voxels_;           // per brick
+    Voxel node_min_, node_count_, group_count_;
+    Voxel occupied_min_, occupied_max_;  // box of the bricks with a bound above the background, in voxels
+    std::vector<std::int32_t> groups_;   // of 8^3 nodes, in the box of nodes: one in slots_, or -1
+    std::vector<std::int32_t> slots_;    // per group and place in it: a node, or -1
+    std::vector<Node> nodes_;
+    std::vector<Brick> bricks_;
+    std::vector<std::uint16_t> codes_;    // per block: its mask (4 words), then the voxels that are not zero
     std::vector<float> constants_ = {0};  // [0] is the background
     Bounds bounds_;
     double max_ = 0;

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
+#include <cmath>
+#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -13,27 +16,31 @@ namespace {
 
 constexpr int kBrick = SparseGrid::kBrickSize;
 constexpr std::size_t kVoxels = std::size_t{kBrick} * kBrick * kBrick;
+constexpr std::size_t kMaskWords = 4;
 
-// Largest value of a brick among the voxels that lie in its first layer along each axis whose bit is set:
-// what the neighbour on the lower side of those axes can see through trilinear interpolation.
-float layer_max(const float* brick, int axes) {
-    const int nx = (axes & 4) != 0 ? 1 : kBrick;
-    const int ny = (axes & 2) != 0 ? 1 : kBrick;
-    const int nz = (axes & 1) != 0 ? 1 : kBrick;
-    float highest = 0;
-    for (int x = 0; x < nx; ++x) {
-        for (int y = 0; y < ny; ++y) {
-            for (int z = 0; z < nz; ++z) {
-                highest = std::max(highest, brick[static_cast<std::size_t>((x << 6) | (y << 3) | z)]);
-            }
+// Constants are few, such as the solid inside of meshes; a grid of many different ones keeps its blocks.
+constexpr std::size_t kMaxConstants = 256;
+
+// Largest value among the voxels of a block that lie in its first layer along each axis whose bit is set: what the
+// neighbour on the lower side of those axes can see through trilinear interpolation.
+using LayerMaxima = std::array<float, 8>;
+
+// From the largest value of voxels that are in the first layer along exactly these axes.
+LayerMaxima with_all_layers(const LayerMaxima& exactly) {
+    LayerMaxima highest{};
+    for (std::size_t axes = 0; axes < 8; ++axes) {
+        for (std::size_t flags = 0; flags < 8; ++flags) {
+            if ((flags & axes) == axes) highest[axes] = std::max(highest[axes], exactly[flags]);
         }
     }
     return highest;
 }
 
+std::size_t layers_of(int x, int y, int z) {
+    return static_cast<std::size_t>((x == 0 ? 4 : 0) | (y == 0 ? 2 : 0) | (z == 0 ? 1 : 0));
+}
+
 constexpr int kMost = std::numeric_limits<int>::max();
-constexpr Voxel kFarthest{kMost, kMost, kMost};
-constexpr Voxel kNearest{-kMost, -kMost, -kMost};
 
 Voxel smaller(Voxel a, Voxel b) {
     return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
@@ -41,80 +48,250 @@ Voxel smaller(Voxel a, Voxel b) {
 Voxel larger(Voxel a, Voxel b) {
     return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
+Voxel before(Voxel place, int axes) {
+    return {place.x - ((axes >> 2) & 1), place.y - ((axes >> 1) & 1), place.z - (axes & 1)};
+}
+unsigned bit_in_node(Voxel brick) {
+    return static_cast<unsigned>(((brick.x & 3) << 4) | ((brick.y & 3) << 2) | (brick.z & 3));
+}
 
 }  // namespace
 
+// Index in the grid's list ([0] is the background), or kConstants when there is no room.
+std::uint16_t SparseGridBuilder::constant(float value) {
+    if (value == background_) return 0;
+    const auto known = std::find(constants_.begin(), constants_.end(), value);
+    const auto index = static_cast<std::size_t>(known - constants_.begin());
+    if (known == constants_.end()) {
+        if (constants_.size() >= kMaxConstants) return SparseGrid::kConstants;
+        constants_.push_back(value);
+    }
+    return static_cast<std::uint16_t>(index + 1);
+}
+
+// What the brick's child is then.
+std::uint16_t SparseGridBuilder::pack_block(const float* values, int block, SparseGrid::Brick& brick) {
+    const float* first = values + (((block >> 2) & 1) * 256 + ((block >> 1) & 1) * 32 + (block & 1) * 4);
+    std::array<float, 64> of_block{};
+    bool same = true;
+    for (std::size_t i = 0; i < 64; ++i) {
+        of_block[i] = first[(i >> 4) * 64 + ((i >> 2) & 3) * 8 + (i & 3)];
+        same = same && of_block[i] == of_block[0];
+    }
+    if (same) {
+        const std::uint16_t index = constant(of_block[0]);
+        if (index != SparseGrid::kConstants) return static_cast<std::uint16_t>(SparseGrid::kConstants + index);
+    }
+    const std::size_t at = codes_.size();
+    codes_.resize(at + kMaskWords);
+    std::uint64_t mask = 0;
+    for (std::size_t i = 0; i < 64; ++i) {
+        if (!(of_block[i] > 0)) continue;
+        mask |= std::uint64_t{1} << i;
+        // The largest is exact; what is not zero stays so.
+        const float code = std::round(of_block[i] / brick.scale) - 1;
+        codes_.push_back(static_cast<std::uint16_t>(std::clamp(code, 0.0F, 65535.0F)));
+    }
+    std::memcpy(&codes_[at], &mask, sizeof(mask));
+    return static_cast<std::uint16_t>(at - brick.base);
+}
+
 void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
     assert(origin.x % kBrick == 0 && origin.y % kBrick == 0 && origin.z % kBrick == 0);
-    // Constants are few, such as the solid inside of meshes; a grid of many different ones keeps its bricks.
-    constexpr std::size_t kMaxConstants = 256;
-    if (constants_.size() < kMaxConstants &&
-        std::all_of(values + 1, values + kVoxels, [&](float v) { return v == values[0]; })) {
+    if (std::all_of(values + 1, values + kVoxels, [&](float v) { return v == values[0]; }) &&
+        constant(values[0]) != SparseGrid::kConstants) {
         add_constant(origin, kBrick, values[0]);
         return;
     }
-    const auto index = static_cast<std::int32_t>(voxels_.size() / kVoxels);
-    cells_.push_back({{origin.x >> 3, origin.y >> 3, origin.z >> 3}, index, 0});
-    voxels_.insert(voxels_.end(), values, values + kVoxels);
+    Cell cell;
+    cell.place = {origin.x >> 3, origin.y >> 3, origin.z >> 3};
+    if (codes_.size() > std::numeric_limits<std::uint32_t>::max() - 1024)
+        throw InputError("the grid has too many voxels (over 2^32 words)");
+    cell.brick.base = static_cast<std::uint32_t>(codes_.size());
+    LayerMaxima exactly{};
+    float highest = 0;
+    for (std::size_t i = 0; i < kVoxels; ++i) {
+        if (!(values[i] > 0)) continue;
+        const std::size_t layers =
+            layers_of(static_cast<int>(i >> 6), static_cast<int>((i >> 3) & 7), static_cast<int>(i & 7));
+        exactly[layers] = std::max(exactly[layers], values[i]);
+        highest = std::max(highest, values[i]);
+    }
+    const LayerMaxima maxima = with_all_layers(exactly);
+    // A little less, as values are rounded when they are packed.
+    const float above = 0.9999F * background_;
+    for (std::size_t axes = 1; axes < 8; ++axes)
+        cell.reached |= maxima[axes] > above ? 1U << axes : 0U;
+    cell.brick.scale = highest / 65536;
+    for (int block = 0; block < 8; ++block)
+        cell.brick.child[static_cast<std::size_t>(block)] = pack_block(values, block, cell.brick);
+    cells_.push_back(cell);
 }
 
 void SparseGridBuilder::add_constant(Voxel origin, int size, float value) {
     if (value == background_) return;
-    const auto known = std::find(constants_.begin(), constants_.end(), value);
-    std::size_t index = static_cast<std::size_t>(known - constants_.begin());
-    if (known == constants_.end()) constants_.push_back(value);
-    ++index;  // [0] of the grid is the background
+    const std::uint16_t index = constant(value);
+    if (index == SparseGrid::kConstants) throw InputError("the grid has too many different constant tiles (over 256)");
+    Cell cell;
+    cell.brick.child.fill(static_cast<std::uint16_t>(SparseGrid::kConstants + index));
+    cell.reached = value > background_ ? 0xfeU : 0U;
     const int bricks = size / kBrick;
     for (int x = 0; x < bricks; ++x) {
         for (int y = 0; y < bricks; ++y) {
             for (int z = 0; z < bricks; ++z) {
-                const Voxel brick{(origin.x >> 3) + x, (origin.y >> 3) + y, (origin.z >> 3) + z};
-                cells_.push_back({brick, ~static_cast<std::int32_t>(index), value});
+                cell.place = {(origin.x >> 3) + x, (origin.y >> 3) + y, (origin.z >> 3) + z};
+                cells_.push_back(cell);
             }
         }
     }
 }
 
 void SparseGridBuilder::set_node_box(SparseGrid& grid) const {
-    Voxel low = kFarthest;
-    Voxel high = kNearest;
+    Voxel low{kMost, kMost, kMost};
+    Voxel high{-kMost, -kMost, -kMost};
     for (const Cell& cell : cells_) {  // one brick below is reached by interpolation
-        low = smaller(low, {(cell.brick.x - 1) >> 4, (cell.brick.y - 1) >> 4, (cell.brick.z - 1) >> 4});
-        high = larger(high, {cell.brick.x >> 4, cell.brick.y >> 4, cell.brick.z >> 4});
+        low = smaller(low, before(cell.place, 7));
+        high = larger(high, cell.place);
     }
     if (cells_.empty()) low = high = {0, 0, 0};
+    low = {low.x >> 2, low.y >> 2, low.z >> 2};
+    high = {high.x >> 2, high.y >> 2, high.z >> 2};
     grid.node_min_ = low;
     grid.node_count_ = {high.x - low.x + 1, high.y - low.y + 1, high.z - low.z + 1};
-    const double slots = static_cast<double>(grid.node_count_.x) * grid.node_count_.y * grid.node_count_.z;
-    if (slots > 1 << 27) throw InputError("the grid's voxels are spread too far apart (over 2^27 nodes of 128^3)");
-    grid.nodes_.assign(static_cast<std::size_t>(slots), ~0);
-    grid.node_bounds_.assign(grid.nodes_.size(), background_);
+    grid.group_count_ = {(grid.node_count_.x + 7) >> 3, (grid.node_count_.y + 7) >> 3, (grid.node_count_.z + 7) >> 3};
+    const double groups = static_cast<double>(grid.group_count_.x) * grid.group_count_.y * grid.group_count_.z;
+    if (groups > 1 << 27) throw InputError("the grid's voxels are spread too far apart (over 2^27 cubes of 256^3)");
+    grid.groups_.assign(static_cast<std::size_t>(groups), -1);
 }
 
-std::size_t SparseGridBuilder::ensure_cell(SparseGrid& grid, Voxel brick) const {
-    const std::size_t slot = grid.node_slot((brick.x >> 4) - grid.node_min_.x, (brick.y >> 4) - grid.node_min_.y,
-                                            (brick.z >> 4) - grid.node_min_.z);
-    if (grid.nodes_[slot] < 0) {
-        grid.nodes_[slot] = static_cast<std::int32_t>(grid.cells_.size() / SparseGrid::kCellsPerNode);
-        grid.cells_.resize(grid.cells_.size() + SparseGrid::kCellsPerNode, ~0);
-        grid.cell_bounds_.resize(grid.cells_.size(), background_);
+// The node that holds a brick.
+std::size_t SparseGridBuilder::ensure_node(SparseGrid& grid, Voxel place) const {
+    const int i = (place.x >> 2) - grid.node_min_.x;
+    const int j = (place.y >> 2) - grid.node_min_.y;
+    const int k = (place.z >> 2) - grid.node_min_.z;
+    std::int32_t& group = grid.groups_[grid.group_slot(i >> 3, j >> 3, k >> 3)];
+    if (group < 0) {
+        group = static_cast<std::int32_t>(grid.slots_.size() / SparseGrid::kNodesPerGroup);
+        grid.slots_.resize(grid.slots_.size() + SparseGrid::kNodesPerGroup, -1);
     }
-    const auto cell = static_cast<std::size_t>(((brick.x & 15) << 8) | ((brick.y & 15) << 4) | (brick.z & 15));
-    return static_cast<std::size_t>(grid.nodes_[slot]) * SparseGrid::kCellsPerNode + cell;
+    std::int32_t& node = grid.slots_[static_cast<std::size_t>(group) * SparseGrid::kNodesPerGroup +
+                                     static_cast<std::size_t>(((i & 7) << 6) | ((j & 7) << 3) | (k & 7))];
+    if (node < 0) {
+        node = static_cast<std::int32_t>(grid.nodes_.size());
+        grid.nodes_.emplace_back();
+    }
+    return static_cast<std::size_t>(node);
 }
 
-void SparseGridBuilder::spread_bound(SparseGrid& grid, const Cell& cell) const {
-    for (int axes = 0; axes < 8; ++axes) {
-        const float highest =
-            cell.index < 0 ? cell.value : layer_max(&voxels_[static_cast<std::size_t>(cell.index) * kVoxels], axes);
-        if (!(highest > background_)) continue;
-        const Voxel reached{cell.brick.x - ((axes >> 2) & 1), cell.brick.y - ((axes >> 1) & 1),
-                            cell.brick.z - (axes & 1)};
-        grid.occupied_min_ = smaller(grid.occupied_min_, {kBrick * reached.x, kBrick * reached.y, kBrick * reached.z});
-        grid.occupied_max_ =
-            larger(grid.occupied_max_, {kBrick * (reached.x + 1), kBrick * (reached.y + 1), kBrick * (reached.z + 1)});
-        float& bound = grid.cell_bounds_[ensure_cell(grid, reached)];
-        bound = std::max(bound, highest);
+void SparseGridBuilder::place_bricks(SparseGrid& grid) const {
+    for (const Cell& cell : cells_) {
+        for (int axes = 0; axes < 8; ++axes) {
+            if (axes > 0 && ((cell.reached >> axes) & 1U) == 0) continue;
+            const Voxel place = before(cell.place, axes);
+            grid.nodes_[ensure_node(grid, place)].mask |= std::uint64_t{1} << bit_in_node(place);
+        }
+    }
+    std::uint32_t count = 0;
+    for (SparseGrid::Node& node : grid.nodes_) {
+        node.first = count;
+        count += static_cast<std::uint32_t>(std::popcount(node.mask));
+    }
+    SparseGrid::Brick nothing;
+    nothing.child.fill(SparseGrid::kConstants);
+    grid.nodes_.shrink_to_fit();
+    grid.bricks_.assign(count, nothing);
+    for (const Cell& cell : cells_) {
+        const SparseGrid::Node& node = grid.nodes_[ensure_node(grid, cell.place)];
+        const SparseGrid::Brick* brick = grid.brick_of(node, cell.place.x & 3, cell.place.y & 3, cell.place.z & 3);
+        grid.bricks_[static_cast<std::size_t>(brick - grid.bricks_.data())] = cell.brick;
+    }
+}
+
+// What the blocks of a cell, and their neighbours on the lower sides, see of its voxels.
+void SparseGridBuilder::raise_bounds(const SparseGrid& grid, const Cell& cell,
+                                     std::vector<std::array<float, 8>>& bounds) const {
+    for (int block = 0; block < 8; ++block) {
+        const std::uint16_t child = cell.brick.child[static_cast<std::size_t>(block)];
+        LayerMaxima maxima{};
+        if (child >= SparseGrid::kConstants) {
+            maxima.fill(grid.constants_[child - SparseGrid::kConstants]);
+        } else {
+            const std::uint16_t* codes = &grid.codes_[cell.brick.base + child];
+            std::uint64_t mask = 0;
+            std::memcpy(&mask, codes, sizeof(mask));
+            LayerMaxima exactly{};
+            const std::uint16_t* code = codes + kMaskWords;
+            for (std::uint64_t left = mask; left != 0; left &= left - 1, ++code) {
+                const int i = std::countr_zero(left);
+                float& highest = exactly[layers_of(i >> 4, (i >> 2) & 3, i & 3)];
+                highest = std::max(highest, SparseGrid::decoded(*code, cell.brick.scale));
+            }
+            maxima = with_all_layers(exactly);
+        }
+        const Voxel place{2 * cell.place.x + ((block >> 2) & 1), 2 * cell.place.y + ((block >> 1) & 1),
+                          2 * cell.place.z + (block & 1)};
+        for (int axes = 0; axes < 8; ++axes) {
+            const float highest = maxima[static_cast<std::size_t>(axes)];
+            if (!(highest > background_)) continue;
+            const Voxel target = before(place, axes);
+            const std::int32_t node = grid.node_at(target.x >> 3, target.y >> 3, target.z >> 3);
+            const SparseGrid::Brick* brick =
+                grid.brick_of(grid.nodes_[static_cast<std::size_t>(node)], (target.x >> 1) & 3, (target.y >> 1) & 3,
+                              (target.z >> 1) & 3);
+            const auto in_brick =
+                static_cast<std::size_t>(((target.x & 1) << 2) | ((target.y & 1) << 1) | (target.z & 1));
+            float& bound = bounds[static_cast<std::size_t>(brick - grid.bricks_.data())][in_brick];
+            bound = std::max(bound, highest);
+        }
+    }
+}
+
+void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds) const {
+    std::vector<float> means(bounds.size());
+    for (std::size_t b = 0; b < bounds.size(); ++b) {
+        SparseGrid::Brick& brick = grid.bricks_[b];
+        brick.bound = *std::max_element(bounds[b].begin(), bounds[b].end());
+        float sum = 0;
+        for (unsigned block = 0; block < 8; ++block) {
+            const float bound = bounds[b][block];
+            sum += bound;
+            if (bound == 0) continue;
+            const double share = std::ceil(256 * static_cast<double>(bound) / static_cast<double>(brick.bound)) - 1;
+            brick.bounds[block] = static_cast<std::uint8_t>(std::clamp(share, 1.0, 255.0));
+            if (SparseGrid::bound_of(brick, block) < static_cast<double>(bound)) ++brick.bounds[block];
+        }
+        means[b] = sum / 8;
+        brick.excess = std::max(0.0F, brick.bound - means[b]);
+    }
+    for (SparseGrid::Node& node : grid.nodes_) {
+        const auto count = static_cast<std::uint32_t>(std::popcount(node.mask));
+        float sum = static_cast<float>(64 - count) * background_;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            node.bound = std::max(node.bound, grid.bricks_[node.first + i].bound);
+            sum += means[node.first + i];
+        }
+        node.excess = std::max(0.0F, node.bound - sum / 64);
+    }
+}
+
+void SparseGridBuilder::set_occupied_box(SparseGrid& grid) const {
+    grid.occupied_min_ = {kMost, kMost, kMost};
+    grid.occupied_max_ = {-kMost, -kMost, -kMost};
+    for (const Cell& cell : cells_) {
+        const unsigned seen = cell.reached | 1U;
+        for (int axes = 0; axes < 8; ++axes) {
+            if (((seen >> axes) & 1U) == 0) continue;
+            const Voxel place = before(cell.place, axes);
+            grid.occupied_min_ = smaller(grid.occupied_min_, {kBrick * place.x, kBrick * place.y, kBrick * place.z});
+            grid.occupied_max_ =
+                larger(grid.occupied_max_, {kBrick * (place.x + 1), kBrick * (place.y + 1), kBrick * (place.z + 1)});
+        }
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3 at{8.0 * (cell.place.x + (corner & 1)) - ((corner & 1) != 0 ? 0 : 1),
+                          8.0 * (cell.place.y + ((corner >> 1) & 1)) - ((corner & 2) != 0 ? 0 : 1),
+                          8.0 * (cell.place.z + ((corner >> 2) & 1)) - ((corner & 4) != 0 ? 0 : 1)};
+            grid.bounds_.add(grid.world_from_index_.point(at));
+        }
     }
 }
 
@@ -125,32 +302,21 @@ SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t
     grid.active_voxels_ = active_voxels;
     grid.constants_ = {background_};
     grid.constants_.insert(grid.constants_.end(), constants_.begin(), constants_.end());
-    grid.max_ = static_cast<double>(*std::max_element(grid.constants_.begin(), grid.constants_.end()));
-    for (const float v : voxels_)
-        grid.max_ = std::max(grid.max_, static_cast<double>(v));
+    codes_.shrink_to_fit();
+    grid.codes_ = std::move(codes_);
 
     set_node_box(grid);
-    grid.occupied_min_ = kFarthest;
-    grid.occupied_max_ = kNearest;
-    for (const Cell& cell : cells_) {
-        grid.cells_[ensure_cell(grid, cell.brick)] = cell.index;
-        spread_bound(grid, cell);
-        for (int corner = 0; corner < 8; ++corner) {
-            const Vec3 at{8.0 * (cell.brick.x + (corner & 1)) - ((corner & 1) != 0 ? 0 : 1),
-                          8.0 * (cell.brick.y + ((corner >> 1) & 1)) - ((corner & 2) != 0 ? 0 : 1),
-                          8.0 * (cell.brick.z + ((corner >> 2) & 1)) - ((corner & 4) != 0 ? 0 : 1)};
-            grid.bounds_.add(world_from_index.point(at));
-        }
-    }
-    for (std::size_t slot = 0; slot < grid.nodes_.size(); ++slot) {
-        if (grid.nodes_[slot] < 0) continue;
-        const auto first =
-            grid.cell_bounds_.begin() +
-            static_cast<std::ptrdiff_t>(static_cast<std::size_t>(grid.nodes_[slot]) * SparseGrid::kCellsPerNode);
-        grid.node_bounds_[slot] =
-            *std::max_element(first, first + static_cast<std::ptrdiff_t>(SparseGrid::kCellsPerNode));
-    }
-    grid.voxels_ = std::move(voxels_);
+    place_bricks(grid);
+    std::vector<std::array<float, 8>> bounds(grid.bricks_.size());
+    for (auto& of_brick : bounds)
+        of_brick.fill(background_);
+    for (const Cell& cell : cells_)
+        raise_bounds(grid, cell, bounds);
+    set_bounds(grid, bounds);
+    set_occupied_box(grid);
+    grid.max_ = static_cast<double>(background_);
+    for (const SparseGrid::Node& node : grid.nodes_)
+        grid.max_ = std::max(grid.max_, static_cast<double>(node.bound));
     return grid;
 }
 

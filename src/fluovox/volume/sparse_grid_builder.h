@@ -2,12 +2,15 @@
 
 #include "fluovox/volume/sparse_grid.h"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace fluovox {
 
-/// Collects bricks and constant cells in any order and makes the SparseGrid of them.
+/// Collects bricks and constant cubes in any order and makes the SparseGrid of them. What it holds is packed as it
+/// comes, so it needs little more memory than the grid.
 class SparseGridBuilder {
 public:
     explicit SparseGridBuilder(float background) : background_(background) {}
@@ -21,18 +24,23 @@ public:
 
 private:
     struct Cell {
-        Voxel brick;         // brick coordinates
-        std::int32_t index;  // into voxels_ by brick, or ~ into constants
-        float value;         // of a constant
+        Voxel place;  // in bricks
+        SparseGrid::Brick brick;
+        unsigned reached = 0;  // bit per combination of axes: seen from the neighbour on the lower side of these
     };
 
+    std::uint16_t constant(float value);
+    std::uint16_t pack_block(const float* values, int block, SparseGrid::Brick& brick);
     void set_node_box(SparseGrid& grid) const;
-    std::size_t ensure_cell(SparseGrid& grid, Voxel brick) const;
-    void spread_bound(SparseGrid& grid, const Cell& cell) const;
+    std::size_t ensure_node(SparseGrid& grid, Voxel place) const;
+    void place_bricks(SparseGrid& grid) const;
+    void raise_bounds(const SparseGrid& grid, const Cell& cell, std::vector<std::array<float, 8>>& bounds) const;
+    void set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds) const;
+    void set_occupied_box(SparseGrid& grid) const;
 
     float background_;
     std::vector<Cell> cells_;
-    std::vector<float> voxels_;
+    std::vector<std::uint16_t> codes_;
     std::vector<float> constants_;
 };
 

@@ -1,0 +1,64 @@
+#pragma once
+
+#include "fluovox/core/rng.h"
+#include "fluovox/core/vec.h"
+#include "fluovox/optics/light_sampling.h"
+#include "fluovox/scene/scene.h"
+#include "fluovox/transport/optical_field.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace fluovox {
+
+struct PathTask;
+
+/// Elastic light of one wavelength along a ray: what PathTracer does, without what only spectra need. Absorption by
+/// grids that mostly scatter is a factor at each collision, so one walk serves both; that of other grids is tracked, of
+/// constant media exact. Light that shines on all there is is only looked for where paths scatter, as a point drawn
+/// along the ray would seldom be better.
+class LineTracer {
+public:
+    LineTracer(const Scene& scene, OpticalField& field);
+
+    /// Photons s^-1 um^-2 sr^-1 that arrive along `ray`, unbiased; the task's first wavelength, no conversions.
+    double radiance(const Ray& ray, const PathTask& task, Rng& rng);
+
+private:
+    // Where a stretch ends: the medium that scatters there, or -1; what absorption on the way leaves.
+    struct Flight {
+        double t_um = 0;
+        int medium = -1;
+        double left = 1;
+    };
+    struct Path {
+        Ray ray;
+        double pdf_per_sr = 0;  // of the direction, where lights were sampled from the same point; else 0
+    };
+
+    bool is_thick(const PathOptics& optics) const;
+    bool find_lit_sections(const Ray& ray, const PathTask& task, bool thick);
+    double lit_pdf(std::size_t light, double t_um) const;
+    Flight fly(const Ray& ray, const PathOptics& optics, Rng& rng);
+    double absorption_left(const Ray& ray, double end_um, const PathOptics& optics, Rng& rng);
+    double transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, const PathOptics& optics,
+                         Rng& rng);
+    double shadow(Vec3 position, const LightSample& light, const PathOptics& optics, Rng& rng);
+    double scattering_density(const Ray& ray, double t_um, const PathOptics& optics) const;
+    double from_rectangles(const Path& path, const PathTask& task, Rng& rng);
+    double from_surround(const Path& path, const PathTask& task, Rng& rng);
+    double scattered_once(const Path& path, const PathTask& task, Rng& rng);
+    double scattered_here(const Path& path, const Flight& flight, const PathTask& task, Rng& rng);
+
+    const Scene* scene_;
+    OpticalField* field_;
+    bool has_rectangles_ = false, has_surround_ = false;
+    std::vector<std::uint8_t> broad_;  // per light: shines evenly on all media
+    double size_um_ = 0;               // diagonal of the box of all media
+    std::vector<MediumSpan> spans_, shadow_spans_;
+    std::vector<LitSection> lit_;
+    std::size_t sections_ = 0;
+    std::vector<Lanes> by_medium_;
+};
+
+}  // namespace fluovox

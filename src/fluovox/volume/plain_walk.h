@@ -1,0 +1,52 @@
+#pragma once
+
+#include "fluovox/core/interval.h"
+#include "fluovox/core/vec.h"
+#include "fluovox/volume/region.h"
+#include "fluovox/volume/sparse_grid.h"
+
+#include <algorithm>
+#include <array>
+
+namespace fluovox {
+
+/// The reference that MajorantWalk is measured against, in results and in speed: one bound, the largest value of the
+/// whole grid, over the whole box of the grid, and each look-up from the root down. Same interface.
+class PlainWalk {
+public:
+    struct Segment {
+        double begin = 0, end = 0;  ///< micrometres along the ray
+        double bound = 0;           ///< the field is at most this there
+    };
+
+    PlainWalk(const SparseGrid& grid, const Ray& ray, Interval span, double /*coefficient*/)
+        : grid_(&grid),
+          origin_(grid.index_from_world().point(ray.origin)),
+          direction_(grid.index_from_world().direction(ray.direction)) {
+        Interval box = intersect(BoxRegion{grid.bounds().min, grid.bounds().max}, ray);
+        box = {std::clamp(box.begin, span.begin, span.end), std::clamp(box.end, span.begin, span.end)};
+        if (box.empty()) box = {span.end, span.end};
+        stretches_ = {Segment{span.begin, box.begin, grid.background()}, Segment{box.begin, box.end, grid.max()},
+                      Segment{box.end, span.end, grid.background()}};
+    }
+
+    /// The next stretch with a positive bound: before the box, in it, behind it.
+    bool next(Segment& segment) {
+        while (next_ < stretches_.size()) {
+            segment = stretches_[next_++];
+            if (segment.bound > 0 && segment.begin < segment.end) return true;
+        }
+        return false;
+    }
+
+    Vec3 index_at(double t) const { return origin_ + t * direction_; }
+    double tap(double t, Vec3 u) const { return static_cast<double>(grid_->tap(index_at(t), u)); }
+
+private:
+    const SparseGrid* grid_;
+    Vec3 origin_, direction_;
+    std::array<Segment, 3> stretches_;
+    std::size_t next_ = 0;
+};
+
+}  // namespace fluovox
