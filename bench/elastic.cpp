@@ -114,10 +114,10 @@ void write_scenes(const fs::path& folder) {
         for (const double depth : depths)
             write_elastic_scene(folder, fmt::format("{}_{}", name, depth), field, depth / (field.mean * tubes.size.z));
     };
-    write_tubes({{256, 256, 256}, 0.0286, 2.4, 1, 1}, "tubes256", {1, 20});
-    write_tubes({{256, 256, 256}, 0.0286, 2.4, 2, 1}, "tubes512", {1});
-    write_tubes({{512, 256, 256}, 0.0286, 2.4, 1, 2}, "two256", {1});
-    write_tubes({{1024, 1024, 1024}, 0.0058, 2.4, 1, 1}, "tubes1024", {1});
+    write_tubes({{256, 256, 256}, 0.033, 3.2, 1, 1}, "tubes256", {1, 20});
+    write_tubes({{256, 256, 256}, 0.033, 3.2, 2, 1}, "tubes512", {1});
+    write_tubes({{512, 256, 256}, 0.033, 3.2, 1, 2}, "two256", {1});
+    write_tubes({{1024, 1024, 1024}, 0.0062, 2.7, 1, 1}, "tubes1024", {1});
     const BenchField cloud = make_cloud(256);
     write_elastic_scene(folder, "cloud256_20", cloud, 20 / cloud.through_middle_um);
     fmt::print("cloud256: {} active voxels\n", cloud.active);

@@ -29,9 +29,6 @@ Figures render_slice(const fs::path& neuron) {
     SceneDescription description = load_scene_description(
         neuron / "scene.toml",
         {"camera.resolution=[128,128]", "render.samples=4", "render.max_scatterings=1", "render.estimator=\"path\""});
-    for (MediumDescription& medium : description.media) {
-        if (medium.grid) medium.grid->file = neuron / "bench.vdb";
-    }
     const Scene scene = build_scene(std::move(description));
     Figures figures;
     time_into(figures, [&] { figures["real"] = static_cast<double>(render(scene, silent).counts.real_collisions); });

@@ -32,7 +32,8 @@ constexpr const char* kExamples =
     "  fluovox render scene.toml -o neuron.exr\n"
     "  fluovox render scene.toml -o quick.exr --samples 4 --set camera.resolution=[64,64]\n"
     "  fluovox render sheet.toml -o stack.ome.tif            z-stack of a scene with [stack]; .ome.zarr likewise\n"
-    "  fluovox render sheet.toml -o stack.tif --format imagej --type uint16\n";
+    "  fluovox render sheet.toml -o stack.tif --format imagej --type uint16\n"
+    "  fluovox render scene.toml -o slow.exr --tracking plain --seed 2      the reference to check the fast one by\n";
 
 std::vector<std::string> overrides(const CommandLine& line) {
     std::vector<std::string> keys;
@@ -42,6 +43,22 @@ std::vector<std::string> overrides(const CommandLine& line) {
     if (line.values().count("seed") > 0)
         keys.push_back(fmt::format("render.seed={}", line.values()["seed"].as<std::uint64_t>()));
     return keys;
+}
+
+// The reference that the fast tracking is checked by. Only paths from the camera have it.
+void choose_tracking(const CommandLine& line, SceneDescription& description) {
+    if (line.values().count("tracking") == 0) return;
+    const auto kind = line.values()["tracking"].as<std::string>();
+    if (kind != "fast" && kind != "plain") line.fail("--tracking is fast or plain");
+    description.render.plain_tracking = kind == "plain";
+}
+
+void require_tracking(const CommandLine& line, const Scene& scene) {
+    if (!scene.description.render.plain_tracking || chosen_estimator(scene).name == "path") return;
+    line.fail(
+        fmt::format("--tracking plain goes with the estimator path, and this scene's is {}; add --set "
+                    "render.estimator=path",
+                    chosen_estimator(scene).name));
 }
 
 struct RelativeErrors {
@@ -105,6 +122,9 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     add("samples", po::value<int>()->value_name("N"), "samples per pixel, instead of render.samples");
     add("seed", po::value<std::uint64_t>()->value_name("N"), "instead of render.seed");
     add("set", po::value<std::vector<std::string>>()->value_name("KEY=VALUE"), "override a key of the scene file");
+    add("tracking", po::value<std::string>()->value_name("KIND"),
+        "fast (default), or plain: one bound for each grid and look-ups from its root, many times slower; the same "
+        "image within its noise (fluovox diff). For the estimator path");
     add_stack_options(line);
     line.positional("scene", 1);
     if (!line.parse(arguments)) return ExitCode::Ok;
@@ -119,7 +139,9 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     if (!description.stack && format != StackFormat::Exr)
         line.fail("the image is an OpenEXR file: -o OUT.exr (only scenes with [stack] make stacks)");
     if (!description.stack) require_writable(output);
+    choose_tracking(line, description);
     const Scene scene = build_scene(std::move(description));
+    require_tracking(line, scene);
     for (const std::string& remark : scene.description.remarks)
         warn(line.common(), remark);
     for (const std::string& warning : scene.warnings)
@@ -165,6 +187,7 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
             {"bright_relative_error", error.brightest},
             {"real_collisions", result.counts.real_collisions},
             {"null_collisions", result.counts.null_collisions},
+            {"shadow_collisions", result.counts.shadow_collisions},
             {"grid_lookups", result.counts.grid_lookups},
             {"peak_memory_bytes", peak_resident_bytes()},
         };

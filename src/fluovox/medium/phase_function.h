@@ -3,6 +3,7 @@
 #include "fluovox/core/vec.h"
 #include "fluovox/spectral/spectrum.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <variant>
@@ -27,7 +28,7 @@ inline double sample_henyey_greenstein_cosine(double g, double u) {
 
 /// The unit vector at that cosine and an azimuth (`u` uniform in [0, 1)) around `axis`.
 inline Vec3 turned(Vec3 axis, double cosine, double u) {
-    const double sine = std::sqrt(std::fmax(0, 1 - cosine * cosine));
+    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
     const double azimuth = 2 * std::numbers::pi * u;
     return Frame::around(axis).to_world({sine * std::cos(azimuth), sine * std::sin(azimuth), cosine});
 }

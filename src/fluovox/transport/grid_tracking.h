@@ -38,11 +38,22 @@ public:
         : coefficient_(coefficient), rng_(&rng), counts_(&counts), depth_(rng) {}
 
     /// Looks at a stretch on which the grid is at most `bound`; true when the collision is there.
-    template <class Tap>
-    bool look(double begin, double end, double bound, const Tap& tap) {
+    template <class MakeTap>
+    bool look(double begin, double end, double bound, const MakeTap& make_tap) {
         const double majorant = coefficient_ * bound;
-        double t = begin;
-        while (depth_.ends_within(majorant * (end - t))) {
+        if (!depth_.ends_within(majorant * (end - begin))) return false;
+        return look_inside(begin, end, bound, make_tap());
+    }
+
+    /// Micrometres along the ray; infinite when there was none.
+    double found() const { return found_; }
+
+private:
+    // Once the next tentative collision is known to be there.
+    template <class Tap>
+    bool look_inside(double t, double end, double bound, const Tap& tap) {
+        const double majorant = coefficient_ * bound;
+        do {
             t += depth_.rest() / majorant;
             const double value = counted_tap(tap, bound, t, *rng_, *counts_);
             if (value > 0 && rng_->uniform() * bound < value) {
@@ -51,14 +62,10 @@ public:
             }
             ++counts_->null_collisions;
             depth_ = ExponentialDistance(*rng_);
-        }
+        } while (depth_.ends_within(majorant * (end - t)));
         return false;
     }
 
-    /// Micrometres along the ray; infinite when there was none.
-    double found() const { return found_; }
-
-private:
     double coefficient_;
     Rng* rng_;
     TrackingCounts* counts_;
@@ -74,16 +81,25 @@ public:
         : coefficient_(coefficient), rng_(&rng), counts_(&counts), depth_(rng) {}
 
     /// Takes a stretch on which the grid is at most `bound`; true when nothing is left.
+    template <class MakeTap>
+    bool look(double begin, double end, double bound, const MakeTap& make_tap) {
+        const double majorant = coefficient_ * bound;
+        if (!depth_.ends_within(majorant * (end - begin))) return false;
+        return look_inside(begin, end, bound, make_tap());
+    }
+
+    double left() const { return left_; }
+
+private:
     template <class Tap>
-    bool look(double begin, double end, double bound, const Tap& tap) {
+    bool look_inside(double t, double end, double bound, const Tap& tap) {
         constexpr double kDim = 0.1;
         if (!std::isfinite(end)) {  // background for ever
             left_ = 0;
             return true;
         }
         const double majorant = coefficient_ * bound;
-        double t = begin;
-        while (depth_.ends_within(majorant * (end - t))) {
+        do {
             t += depth_.rest() / majorant;
             depth_ = ExponentialDistance(*rng_);
             ++counts_->shadow_collisions;
@@ -94,13 +110,10 @@ public:
             const bool survives = rng_->uniform() * kDim < left_;
             left_ = survives ? kDim : 0;
             if (!survives) return true;
-        }
+        } while (depth_.ends_within(majorant * (end - t)));
         return false;
     }
 
-    double left() const { return left_; }
-
-private:
     double coefficient_;
     Rng* rng_;
     TrackingCounts* counts_;

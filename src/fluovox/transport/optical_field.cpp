@@ -1,8 +1,8 @@
 #include "fluovox/transport/optical_field.h"
 
+#include "fluovox/volume/bound_visitor.h"
 #include "fluovox/volume/majorant_walk.h"
 #include "fluovox/volume/plain_walk.h"
-#include "fluovox/volume/visit_bounds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -176,19 +176,20 @@ template <class Tracking>
 void OpticalField::track(int medium, const Ray& ray, double end_um, double coefficient, Tracking& tracking) const {
     const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(medium)].grid;
     const auto step_along = [&](auto walk) {
-        const auto tap = [&](double t, Vec3 u) { return walk.tap(t, u); };
+        const auto tap = [&] { return [&](double t, Vec3 u) { return walk.tap(t, u); }; };
         for (auto segment = typename decltype(walk)::Segment{}; walk.next(segment);) {
             if (tracking.look(segment.begin, segment.end, segment.bound, tap)) return;
         }
     };
     if (plain_) {
         step_along(PlainWalk(grid, ray, {0, end_um}, coefficient));
-    } else if (grid.background() > 0) {
+    } else if (!grid.has_directory()) {
         step_along(MajorantWalk(grid, ray, {0, end_um}, coefficient));
     } else {
-        visit_bounds(grid, ray, {0, end_um}, coefficient, [&](double begin, double end, double bound, const auto& tap) {
-            return tracking.look(begin, end, bound, tap);
-        });
+        BoundVisitor(grid, ray, {0, end_um}, coefficient)
+            .run([&](double begin, double end, double bound, const auto& tap) {
+                return tracking.look(begin, end, bound, tap);
+            });
     }
 }
 

@@ -136,6 +136,18 @@ private:
         }
     }
 
+    // 1 - exp(-depth), without the cost of expm1 where a few terms of its series are as exact.
+    static double absorbed_share(double depth) {
+        if (depth > 0.03) return -std::expm1(-depth);
+        constexpr double kHalf = 1.0 / 2, kThird = 1.0 / 3, kFourth = 1.0 / 4, kFifth = 1.0 / 5, kSixth = 1.0 / 6,
+                         kSeventh = 1.0 / 7;
+        const double inner = 1 - depth * kFourth * (1 - depth * kFifth * (1 - depth * kSixth * (1 - depth * kSeventh)));
+        return depth * (1 - depth * kHalf * (1 - depth * kThird * inner));
+    }
+
+    // Unit length again after rounding: Newton's step from there, without a root.
+    static Vec3 unit_again(Vec3 direction) { return (1.5 - 0.5 * dot(direction, direction)) * direction; }
+
     // To the next scattering (true) or surface (false), whatever lies between.
     bool fly(Photon& photon, const Zone& zone, Rng& rng, Sink& sink) {
         const PhotonSpace::Crossing crossing = space_->next_crossing(photon.ray, photon.inside);
@@ -195,7 +207,7 @@ private:
         Flight flight{{photon.ray.at(from), photon.ray.direction}, to - from, photon.weight, 0};
         if (zone.absorption > 0) {
             const bool all = flight.length_um == kFar;
-            flight.lost = all ? photon.weight : -photon.weight * std::expm1(-zone.absorption * flight.length_um);
+            flight.lost = all ? photon.weight : photon.weight * absorbed_share(zone.absorption * flight.length_um);
         }
         sink.flight(photon, flight, zone);
         if (!(zone.absorption > 0)) return;
@@ -301,7 +313,7 @@ private:
         const Vec3 before = photon.ray.direction;
         if (lobes.empty() || rng.uniform() < 0.5) {
             const double cosine = sample_phase_cosine(phase, rng.uniform());
-            photon.ray.direction = normalized(turned(before, cosine, rng.uniform()));
+            photon.ray.direction = unit_again(turned(before, cosine, rng.uniform()));
         } else {
             photon.ray.direction = sample_direction(lobes, rng);
         }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "fluovox/core/bounds.h"
-#include "fluovox/core/interval.h"
 #include "fluovox/core/vec.h"
 #include "fluovox/volume/grid_info.h"
 
@@ -65,6 +64,18 @@ public:
 
     /// Value of a voxel, from the root down.
     float value(Voxel voxel) const {
+        if (has_directory()) {
+            const int i = (voxel.x >> 3) - occupied_min_.x / kBrickSize;
+            const int j = (voxel.y >> 3) - occupied_min_.y / kBrickSize;
+            const int k = (voxel.z >> 3) - occupied_min_.z / kBrickSize;
+            if (static_cast<unsigned>(i) >= static_cast<unsigned>(brick_count_.x) ||
+                static_cast<unsigned>(j) >= static_cast<unsigned>(brick_count_.y) ||
+                static_cast<unsigned>(k) >= static_cast<unsigned>(brick_count_.z)) {
+                return constants_[0];
+            }
+            const std::int32_t brick = directory_[brick_slot(i, j, k)];
+            return brick < 0 ? constants_[0] : value_in(bricks_[static_cast<std::size_t>(brick)], voxel);
+        }
         const std::int32_t node = node_at(voxel.x >> 5, voxel.y >> 5, voxel.z >> 5);
         if (node < 0) return constants_[0];
         const Brick* brick = brick_of(nodes_[static_cast<std::size_t>(node)], (voxel.x >> 3) & 3, (voxel.y >> 3) & 3,
@@ -93,14 +104,14 @@ public:
     /// Largest voxel value.
     double max() const { return max_; }
     std::size_t active_voxels() const { return active_voxels_; }
+    /// True where the box of all bricks is small enough for a list of them by place: BoundVisitor needs it.
+    bool has_directory() const { return !directory_.empty(); }
     std::size_t memory_bytes() const;
 
 private:
     friend class SparseGridBuilder;
     friend class MajorantWalk;
-    template <class Visit>
-    friend void visit_bounds(const SparseGrid& grid, const Ray& ray, Interval span, double coefficient, Visit visit);
-    friend class BoundPlace;
+    friend class BoundVisitor;
 
     /// Children at or above this are constants, not blocks.
     static constexpr std::uint16_t kConstants = 0xfe00;
@@ -152,6 +163,11 @@ private:
                    static_cast<std::size_t>(group_count_.z) +
                static_cast<std::size_t>(k);
     }
+    std::size_t brick_slot(int i, int j, int k) const {
+        return (static_cast<std::size_t>(i) * static_cast<std::size_t>(brick_count_.y) + static_cast<std::size_t>(j)) *
+                   static_cast<std::size_t>(brick_count_.z) +
+               static_cast<std::size_t>(k);
+    }
     const Brick* brick_of(const Node& node, int x, int y, int z) const {
         const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>((x << 4) | (y << 2) | z);
         if ((node.mask & bit) == 0) return nullptr;
@@ -184,6 +200,9 @@ private:
     std::vector<std::int32_t> groups_;   // of 8^3 nodes, in the box of nodes: one in slots_, or -1
     std::vector<std::int32_t> slots_;    // per group and place in it: a node, or -1
     std::vector<Node> nodes_;
+    Voxel brick_count_;                    // of the occupied box
+    std::vector<std::int32_t> directory_;  // in that box: a brick, or -1; empty where the box is large
+    std::vector<std::uint8_t> present_;    // in that box: 1 where there is a brick
     std::vector<Brick> bricks_;
     std::vector<std::uint16_t> codes_;    // per block: its mask (4 words), then the voxels that are not zero
     std::vector<float> constants_ = {0};  // [0] is the background

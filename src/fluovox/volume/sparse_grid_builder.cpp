@@ -295,6 +295,36 @@ void SparseGridBuilder::set_occupied_box(SparseGrid& grid) const {
     }
 }
 
+// Where it takes no more than about a byte per voxel that it leads to.
+void SparseGridBuilder::set_directory(SparseGrid& grid) const {
+    const Voxel low = grid.occupied_min_;
+    const Voxel high = grid.occupied_max_;
+    if (cells_.empty() || background_ > 0) return;
+    const Voxel count{(high.x - low.x) / kBrick, (high.y - low.y) / kBrick, (high.z - low.z) / kBrick};
+    const double bricks = static_cast<double>(count.x) * count.y * count.z;
+    constexpr double kBytes = sizeof(std::int32_t) + sizeof(std::uint8_t);
+    constexpr double kFree = 1 << 18;
+    if (kBytes * bricks > kFree + static_cast<double>(std::max(grid.active_voxels_, grid.codes_.size()))) return;
+    grid.brick_count_ = count;
+    grid.directory_.assign(static_cast<std::size_t>(bricks), -1);
+    grid.present_.assign(grid.directory_.size(), 0);
+    std::size_t slot = 0;
+    for (int i = 0; i < count.x; ++i) {
+        for (int j = 0; j < count.y; ++j) {
+            for (int k = 0; k < count.z; ++k, ++slot) {
+                const Voxel at{low.x / kBrick + i, low.y / kBrick + j, low.z / kBrick + k};
+                const std::int32_t node = grid.node_at(at.x >> 2, at.y >> 2, at.z >> 2);
+                if (node < 0) continue;
+                const SparseGrid::Brick* brick =
+                    grid.brick_of(grid.nodes_[static_cast<std::size_t>(node)], at.x & 3, at.y & 3, at.z & 3);
+                if (brick == nullptr) continue;
+                grid.directory_[slot] = static_cast<std::int32_t>(brick - grid.bricks_.data());
+                grid.present_[slot] = brick->bound > 0 ? 1 : 0;
+            }
+        }
+    }
+}
+
 SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t active_voxels) && {
     SparseGrid grid;
     grid.world_from_index_ = world_from_index;
@@ -314,6 +344,7 @@ SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t
         raise_bounds(grid, cell, bounds);
     set_bounds(grid, bounds);
     set_occupied_box(grid);
+    set_directory(grid);
     grid.max_ = static_cast<double>(background_);
     for (const SparseGrid::Node& node : grid.nodes_)
         grid.max_ = std::max(grid.max_, static_cast<double>(node.bound));

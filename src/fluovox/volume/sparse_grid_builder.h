@@ -37,6 +37,7 @@ private:
     void raise_bounds(const SparseGrid& grid, const Cell& cell, std::vector<std::array<float, 8>>& bounds) const;
     void set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds) const;
     void set_occupied_box(SparseGrid& grid) const;
+    void set_directory(SparseGrid& grid) const;
 
     float background_;
     std::vector<Cell> cells_;
