@@ -143,7 +143,7 @@ TEST(CachedEstimator, ItsErrorBarsTellTheNoiseThatPixelsShare) {
     const Scene scene = in_tissue(dye_in(blobs(), 0), sheet_of(20));
     RunningMean values;
     double told = 0;
-    constexpr int kRenders = 30;
+    constexpr int kRenders = 90;
     for (std::uint64_t seed = 1; seed <= kRenders; ++seed) {
         Scene few = scene;
         few.description.render.photons = 3200;  // the cache is the noisiest part
@@ -151,7 +151,7 @@ TEST(CachedEstimator, ItsErrorBarsTellTheNoiseThatPixelsShare) {
         values.add(film.mean_of_all(kFluorescence, 5));
         told += film.variance_of_mean_of_all(kFluorescence, 5) / kRenders;
     }
-    // A variance from 30 renders is known to 26 %; one bar that missed the cache's noise would be far off.
+    // A variance from 90 renders is known to 15 %; one bar that missed the cache's noise would be far off.
     const double spread = kRenders * std::pow(values.standard_error(), 2);
     EXPECT_GT(told / spread, 0.4);
     EXPECT_LT(told / spread, 2.5);
