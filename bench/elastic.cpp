@@ -36,11 +36,12 @@ const std::vector<Case>& cases() {
     return all;
 }
 
-Figures render_scene(const fs::path& file, const std::vector<std::string>& overrides) {
+Figures render_scene(const fs::path& file, const std::vector<std::string>& overrides, bool plain = false) {
     NoProgress silent;
     Figures figures;
     const double idle = resident_bytes();
     SceneDescription description = load_scene_description(file, overrides);
+    description.render.plain_tracking = plain;
     Scene scene;
     figures["ready"] = seconds_of([&] { scene = build_scene(std::move(description)); });
     for (const SceneMedium& medium : scene.media) {
@@ -77,6 +78,11 @@ void report_case(const Case& one, const fs::path& folder, double plain_loop, Tab
         table.at_most("collisions per real one", ratio, one.most_collisions);
     } else {
         table.figure("collisions per real one", ratio);
+    }
+    if (one.times_plain > 0) {
+        const Figures plain = measure(2, 1, [&] { return render_scene(file, {"render.samples=1"}, true); });
+        table.at_least("CPU time per path of --tracking plain, in ours",
+                       plain.at("cpu_per_path") / fast.at("cpu_per_path"), one.times_plain);
     }
     table.figure("  real collisions per path", fast.at("real") / paths);
     table.figure("  grid look-ups per path", fast.at("lookups") / paths);

@@ -6,6 +6,10 @@
 
 #include <openvdb/openvdb.h>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <cmath>
 
 namespace fluovox {
@@ -42,7 +46,7 @@ void add_tiles(const Node& node, float background, float scale, SparseGridBuilde
 
 SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string& name,
                             const std::function<GridScale(const GridMetadata&)>& units) {
-    const FloatGrid::ConstPtr grid = load_float_grid(file, name);
+    FloatGrid::ConstPtr grid = load_float_grid(file, name);
     const std::string place = file.string() + ": grid \"" + grid->getName() + '"';
     const GridScale scale = units(grid_metadata(*grid));
     const auto factor = static_cast<float>(scale.value);
@@ -68,7 +72,14 @@ SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string
         const openvdb::Coord origin = leaf->origin();
         builder.add_brick({origin.x(), origin.y(), origin.z()}, values.data());
     }
-    return std::move(builder).finish(affine_of(*grid, scale.length, place), grid->activeVoxelCount());
+    const Affine affine = affine_of(*grid, scale.length, place);
+    const std::size_t active = grid->activeVoxelCount();
+    grid.reset();
+    SparseGrid result = std::move(builder).finish(affine, active);
+#ifdef __GLIBC__
+    ::malloc_trim(0);  // the tree is many times larger than what is made of it: back to the system with it
+#endif
+    return result;
 }
 
 }  // namespace fluovox
