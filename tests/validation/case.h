@@ -61,6 +61,7 @@ std::vector<Case> body_cases();
 std::vector<Case> ray_cases();
 /// Plots that cases make on the way, by file name.
 using PlotBook = std::vector<std::pair<std::string, Plot>>;
+std::vector<Case> cache_cases(const std::shared_ptr<PlotBook>& plots);
 std::vector<Case> image_cases(const std::shared_ptr<PlotBook>& plots);
 std::vector<Case> figure_cases(const std::shared_ptr<PlotBook>& plots);
 

@@ -20,6 +20,22 @@
 
 namespace fluovox::validation {
 
+double launched_W(const Scene& scene) {
+    double sum = 0;
+    for (const Light& light : scene.lights)
+        sum += light.power_W;
+    return sum;
+}
+
+double share_on_sensor(const Scene& scene, double radiance) {
+    const Camera& camera = scene.description.camera;
+    const FilmSpec& film = scene.description.film;
+    constexpr double kPerM2 = 1e12;
+    const double area_m2 = camera.field_um * camera.field_um * camera.width / camera.height / kPerM2;
+    const double bin_nm = (film.to_nm - film.from_nm) / static_cast<double>(film.channels.size());
+    return radiance * area_m2 * std::numbers::pi * std::pow(camera.numerical_aperture, 2) * bin_nm / launched_W(scene);
+}
+
 Film picture(Scene scene, const std::string& estimator, std::int64_t samples, std::uint64_t seed) {
     scene.description.render.estimator = estimator;
     scene.description.render.samples = static_cast<int>(samples);

@@ -283,21 +283,6 @@ Case pixels_case(int layer, bool worst) {
     return result;
 }
 
-/// Watts on a telecentric camera's sensor for an even spectral radiance whose channels add up to one.
-double watts_on_sensor(const Scene& scene) {
-    const Camera& camera = scene.description.camera;
-    const FilmSpec& film = scene.description.film;
-    const double area_m2 = camera.field_um * camera.field_um * camera.width / camera.height / kPerM2;
-    return area_m2 * kPi * std::pow(camera.numerical_aperture, 2) * (film.to_nm - film.from_nm) /
-           static_cast<double>(film.channels.size());
-}
-double launched_W(const Scene& scene) {
-    double sum = 0;
-    for (const Light& light : scene.lights)
-        sum += light.power_W;
-    return sum;
-}
-
 /// All light of one layer in a picture, over what the estimator `light` finds.
 Case total_case(const std::string& name, const Scene& scene, const std::string& layer, std::int64_t samples,
                 double light_factor) {
@@ -321,7 +306,7 @@ Case total_case(const std::string& name, const Scene& scene, const std::string& 
         const Estimate path = total("path", count, seed);
         const auto photons = static_cast<std::int64_t>(light_factor * static_cast<double>(count));
         const Estimate light = total("light", photons, seed + 50);
-        *reaches = path.value * watts_on_sensor(scene) / launched_W(scene);
+        *reaches = share_on_sensor(scene, path.value);
         const double ratio = path.value / light.value;
         return Estimate{ratio,
                         ratio * std::hypot(path.standard_error / path.value, light.standard_error / light.value)};
@@ -384,7 +369,7 @@ Case plain_photons_case() {
         }
         const double unit = film_nm / (photons_per_s * kPerM2);
         const double ratio = unit * sum / plain.value;
-        *reaches = plain.value * kPerM2 / film_nm * watts_on_sensor(scene);
+        *reaches = share_on_sensor(scene, plain.value * kPerM2 / film_nm) * launched_W(scene);
         return Estimate{ratio, ratio * std::hypot(plain.standard_error / plain.value, std::sqrt(variance) / sum)};
     };
     return result;

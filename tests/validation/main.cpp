@@ -195,8 +195,10 @@ int validate(const Request& request) {
         for (Case& another : more())
             cases.push_back(std::move(another));
     }
-    for (Case& another : image_cases(plots))
-        cases.push_back(std::move(another));
+    for (auto more : {image_cases, cache_cases}) {
+        for (Case& another : more(plots))
+            cases.push_back(std::move(another));
+    }
     const auto begin = std::chrono::steady_clock::now();
     print_heading();
     const std::vector<Outcome> outcomes = run_all(cases, request, 100000 * (request.seed - 1) + 1);

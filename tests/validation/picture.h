@@ -15,4 +15,10 @@ Film picture(Scene scene, const std::string& estimator, std::int64_t samples, st
 /// The scene of a folder in volumes, with keys replaced.
 Scene specimen(const std::string& name, const std::vector<std::string>& overrides);
 
+double launched_W(const Scene& scene);
+
+/// Of the light launched, what a telecentric camera with an aperture collects where its pixels have this mean radiance,
+/// summed over the bins of the film, in watts.
+double share_on_sensor(const Scene& scene, double radiance);
+
 }  // namespace fluovox::validation
