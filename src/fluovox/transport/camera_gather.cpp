@@ -25,8 +25,6 @@ CameraGather::CameraGather(const Scene& scene, const PhotonSpace& space, const P
 std::span<const double> CameraGather::sample(int pixel, std::int64_t sample) {
     const int width = scene_->description.camera.width;
     Rng rng(scene_->description.render.seed, static_cast<std::uint64_t>(pixel), static_cast<std::uint64_t>(sample));
-    rng_ =
-        Rng(~scene_->description.render.seed, static_cast<std::uint64_t>(pixel), ~static_cast<std::uint64_t>(sample));
     values_.assign(layers_ * channels_, 0);
     by_dye_.assign(scene_->dyes.size(), 0);
     Photon importance;
@@ -63,7 +61,7 @@ void CameraGather::collect(const Photon& photon, const Flight& flight, const Zon
         const Dye& dye = scene_->dyes[d];
         const double emitted = dye.quantum_yield * dye.emission_per_nm(photon.wavelength_nm);
         if (!(emitted > 0)) continue;
-        const double glow = cache_->glow_along(m, flight.ray, flight.length_um, flight.weight, zone.absorption, rng_);
+        const double glow = cache_->absorbed_along(m, flight.ray, flight.length_um, flight.weight, zone.absorption);
         by_dye_[d] += index * index * emitted * glow / (4 * std::numbers::pi);
     }
 }

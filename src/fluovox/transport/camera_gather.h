@@ -54,7 +54,6 @@ private:
     FilmResponse response_;
     std::size_t channels_, layers_;
     double camera_index_ = 1;
-    Rng rng_{0, 0, 0};
     std::vector<double> by_dye_;  // radiance per nm, um^-2 s^-1 sr^-1 nm^-1
     std::vector<double> values_;
 };

@@ -119,45 +119,57 @@ void DyeGlow::add_places(const Source& source, std::size_t brick, double one_in,
     for (std::size_t word = 0; word < 8; ++word) {
         for (std::uint64_t left = mask_word(*source.lattice, brick, word); left != 0; left &= left - 1, ++cell.number) {
             cell.in_brick = static_cast<int>(word) * 64 + std::countr_zero(left);
-            const double cached = cache_->rate_per_uM(source.medium, brick, cell.in_brick);
+            const double cached = cache_->absorbed_per_s(source.medium, brick, cell.in_brick);
             const double begin = static_cast<double>(cell.number) / one_in + offset;
             const bool straight = std::floor(begin) != std::floor(begin + 1 / one_in);
             if (!straight && !(cached > 0)) continue;
             Rng rng(scene_->description.render.seed, ~batch,
                     static_cast<std::uint64_t>(cell.number) << 8U | (index + 1));
+            if (cached > 0) places.push_back(cached_place(source, cell, cached, rng));
+            if (!straight) continue;
             Place place;
             place.source = index;
-            if (!draw_place(source, cell, rng, place)) continue;
-            const double likely = place.likely;
-            if (cached > 0) {
-                place.cached_rate = cached;
-                place.likely = likely * cached;
-                places.push_back(place);
-            }
-            if (!straight) continue;
-            place.cached_rate = -1;
-            place.volume_um3 *= one_in;
-            place.likely = likely * one_in * likely_direct(source, place.position, field, spans);
+            place.position = position_in(source, cell, rng);
+            place.absorbed_per_s = -1;
+            place.uM = dye_uM(*scene_, source.medium, place.position);
+            if (!(place.uM > 0)) continue;
+            place.volume_um3 = source.volume_um3 * one_in;
+            place.likely = use_of(source, place.position, rng) * place.uM * place.volume_um3 *
+                           likely_direct(source, place.position, field, spans);
             if (place.likely > 0) places.push_back(place);
         }
     }
 }
 
-// A place somewhere in a voxel, and how likely it is to be of use at an excitation of one; false: no dye is there.
-bool DyeGlow::draw_place(const Source& source, const Cell& cell, Rng& rng, Place& place) const {
+// What a voxel of the cache absorbed, at one of a few places in it that is drawn in proportion to the dye there.
+DyeGlow::Place DyeGlow::cached_place(const Source& source, const Cell& cell, double absorbed_per_s, Rng& rng) const {
+    constexpr int kTries = 4;
+    Place place;
+    place.source = static_cast<std::size_t>(&source - sources_.data());
+    place.absorbed_per_s = absorbed_per_s;
+    for (int i = 0; i < kTries; ++i) {
+        const Vec3 position = position_in(source, cell, rng);
+        const double uM = dye_uM(*scene_, source.medium, position);
+        place.uM += uM;
+        if (i == 0 || rng.uniform() * place.uM < uM) place.position = position;
+    }
+    place.likely = use_of(source, place.position, rng) * absorbed_per_s;
+    return place;
+}
+
+Vec3 DyeGlow::position_in(const Source& source, const Cell& cell, Rng& rng) {
     const Voxel origin = source.lattice->bricks[cell.brick];
     const double u = rng.uniform();
     const double v = rng.uniform();
-    const Vec3 in_voxels{origin.x + (cell.in_brick >> 6) + u - 0.5, origin.y + (cell.in_brick >> 3 & 7) + v - 0.5,
-                         origin.z + (cell.in_brick & 7) + rng.uniform() - 0.5};
-    place.position = source.lattice->world_from_index.point(in_voxels);
-    place.uM = dye_uM(*scene_, source.medium, place.position);
-    if (!(place.uM > 0)) return false;
-    place.volume_um3 = source.volume_um3;
+    return source.lattice->world_from_index.point({origin.x + (cell.in_brick >> 6) + u - 0.5,
+                                                   origin.y + (cell.in_brick >> 3 & 7) + v - 0.5,
+                                                   origin.z + (cell.in_brick & 7) + rng.uniform() - 0.5});
+}
+
+// About how much of what is absorbed here the camera can see.
+double DyeGlow::use_of(const Source& source, Vec3 position_um, Rng& rng) const {
     const double seen = seen_emission_[source.dye].integral() * scene_->dyes[source.dye].quantum_yield;
-    const double view = camera_.connect(place.position, rng) ? 1 : kOutOfView;
-    place.likely = seen * place.uM * place.volume_um3 * view;
-    return true;
+    return seen * (camera_.connect(position_um, rng) ? 1 : kOutOfView);
 }
 
 // About what `direct` will find on average: regions take their part of the light, grids do not.
@@ -215,11 +227,11 @@ DyeGlow::Emission DyeGlow::emit(std::int64_t n, std::int64_t of_all, OpticalFiel
     Photon& photon = emission.photon;
     photon.wavelength_nm = seen.sample(rng.uniform());
     const double share = dye.emission_per_nm(photon.wavelength_nm) / seen.pdf(photon.wavelength_nm);
-    const double per_rate =
-        chosen->uM * dye.quantum_yield * chosen->volume_um3 * share * total / likely / static_cast<double>(of_all);
-    emission.scattered = chosen->cached_rate >= 0;
-    photon.weight =
-        per_rate * (emission.scattered ? chosen->cached_rate : direct(source, chosen->position, field, rng));
+    const double per_absorbed = dye.quantum_yield * share * total / likely / static_cast<double>(of_all);
+    emission.scattered = chosen->absorbed_per_s >= 0;
+    photon.weight = per_absorbed * (emission.scattered ? chosen->absorbed_per_s
+                                                       : chosen->uM * chosen->volume_um3 *
+                                                             direct(source, chosen->position, field, rng));
     photon.start_weight = photon.weight;
     photon.ray.origin = chosen->position;
     photon.inside = space_->inside_at({chosen->position, {0, 0, 1}});

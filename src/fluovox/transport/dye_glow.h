@@ -57,9 +57,9 @@ private:
     struct Place {
         Vec3 position;
         double uM = 0;
-        double volume_um3 = 0;   // that it stands for
-        double cached_rate = 0;  // as of the cache; negative: what comes straight from the lights, instead
-        double likely = 0;       // what it is drawn in proportion to; then the sum up to here
+        double volume_um3 = 0;      // that it stands for
+        double absorbed_per_s = 0;  // as of the cache; negative: what comes straight from the lights, instead
+        double likely = 0;          // what it is drawn in proportion to; then the sum up to here
         std::size_t source = 0;
     };
 
@@ -72,7 +72,9 @@ private:
 
     void add_places(const Source& source, std::size_t brick, double one_in, double offset, std::uint64_t batch,
                     OpticalField& field, std::vector<Place>& places) const;
-    bool draw_place(const Source& source, const Cell& cell, Rng& rng, Place& place) const;
+    Place cached_place(const Source& source, const Cell& cell, double absorbed_per_s, Rng& rng) const;
+    static Vec3 position_in(const Source& source, const Cell& cell, Rng& rng);
+    double use_of(const Source& source, Vec3 position_um, Rng& rng) const;
     double likely_direct(const Source& source, Vec3 position_um, OpticalField& field,
                          std::vector<MediumSpan>& spans) const;
     double direct(const Source& source, Vec3 position_um, OpticalField& field, Rng& rng) const;

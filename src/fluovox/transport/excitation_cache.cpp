@@ -23,14 +23,14 @@ namespace {
 /// Puts what photons could excite into the voxels of every lattice.
 class CacheSink {
 public:
-    CacheSink(const Scene& scene, const std::vector<std::vector<int>>& dyes, std::vector<VoxelTally>& tallies,
+    CacheSink(const Scene& scene, const std::vector<std::vector<int>>& media, std::vector<VoxelTally>& tallies,
               const std::vector<bool>& direct, bool refracts)
         : scene_(&scene),
-          dyes_(&dyes),
+          media_(&media),
           tallies_(&tallies),
           direct_(&direct),
           refracts_(refracts),
-          shares_(dyes.size()) {}
+          shares_(media.size()) {}
 
     void launched(const Photon& photon, std::size_t light, Rng voxel_rng) {
         left_out_ = (*direct_)[light] && !refracts_;
@@ -42,7 +42,11 @@ public:
         if (photon.order == 0 && photon.scatterings == 0 && left_out_) return;
         for (std::size_t l = 0; l < tallies_->size(); ++l) {
             if (shares_[l].empty()) continue;
-            (*tallies_)[l].add_flight(flight.ray, flight.length_um, flight.weight, zone.absorption, shares_[l],
+            const std::vector<int>& media = (*media_)[l];
+            const auto uM = [&](const VoxelTally::Share& share, Vec3 place) {
+                return tapped_uM(static_cast<std::size_t>(media[static_cast<std::size_t>(share.field)]), place);
+            };
+            (*tallies_)[l].add_flight(flight.ray, flight.length_um, flight.weight, zone.absorption, shares_[l], uM,
                                       voxel_rng_);
         }
     }
@@ -54,21 +58,29 @@ public:
     void vertex(const Photon& /*photon*/, int /*medium*/) {}
 
 private:
+    // On average the concentration.
+    double tapped_uM(std::size_t medium, Vec3 place) {
+        const SceneMedium& dye = scene_->media[medium];
+        if (!dye.grid) return dye_uM(*scene_, medium, place);
+        return dye.amount * static_cast<double>(
+                                dye.grid->tap(dye.grid->index_from_world().point(place), voxel_rng_.coarse_uniforms()));
+    }
     void set_wavelength(double nm) {
         if (nm == nm_) return;
         nm_ = nm;
         for (std::size_t l = 0; l < shares_.size(); ++l) {
             shares_[l].clear();
-            const std::vector<int>& dyes = (*dyes_)[l];
-            for (std::size_t f = 0; f < dyes.size(); ++f) {
-                const double absorption = absorption_per_um_per_uM(scene_->dyes[static_cast<std::size_t>(dyes[f])], nm);
+            const std::vector<int>& media = (*media_)[l];
+            for (std::size_t f = 0; f < media.size(); ++f) {
+                const int dye = scene_->media[static_cast<std::size_t>(media[f])].dye;
+                const double absorption = absorption_per_um_per_uM(scene_->dyes[static_cast<std::size_t>(dye)], nm);
                 if (absorption > 0) shares_[l].push_back({static_cast<int>(f), absorption});
             }
         }
     }
 
     const Scene* scene_;
-    const std::vector<std::vector<int>>* dyes_;
+    const std::vector<std::vector<int>>* media_;
     std::vector<VoxelTally>* tallies_;
     const std::vector<bool>* direct_;
     bool refracts_;
@@ -157,20 +169,18 @@ void ExcitationCache::add_place(std::size_t medium, VoxelLattice lattice) {
     const auto l = static_cast<std::size_t>(known - lattices_.begin());
     if (known == lattices_.end()) {
         lattices_.push_back(std::move(lattice));
-        dyes_.emplace_back();
+        media_.emplace_back();
     }
-    const int dye = scene_->media[medium].dye;
-    auto field = std::find(dyes_[l].begin(), dyes_[l].end(), dye);
-    if (field == dyes_[l].end()) field = dyes_[l].insert(field, dye);
-    places_[medium] = {static_cast<int>(l), static_cast<int>(field - dyes_[l].begin())};
+    places_[medium] = {static_cast<int>(l), static_cast<int>(media_[l].size())};
+    media_[l].push_back(static_cast<int>(medium));
 }
 
 void ExcitationCache::fill(std::int64_t photons, std::uint64_t batch, Progress& progress) {
     tallies_.clear();
     scale_.clear();
     for (std::size_t l = 0; l < lattices_.size(); ++l) {
-        tallies_.emplace_back(lattices_[l], static_cast<int>(dyes_[l].size()), static_cast<double>(photons));
-        scale_.push_back(source_.photons_per_s() / static_cast<double>(photons) / tallies_[l].voxel_volume_um3());
+        tallies_.emplace_back(lattices_[l], static_cast<int>(media_[l].size()), static_cast<double>(photons));
+        scale_.push_back(source_.photons_per_s() / static_cast<double>(photons));
     }
     struct Worker {
         PhotonTracer<CacheSink> tracer;
@@ -182,7 +192,7 @@ void ExcitationCache::fill(std::int64_t photons, std::uint64_t batch, Progress& 
         auto& worker = workers.local();
         if (!worker) {
             worker = std::make_unique<Worker>(Worker{PhotonTracer<CacheSink>(*scene_, space_, limits_),
-                                                     CacheSink(*scene_, dyes_, tallies_, direct_, space_.refracts())});
+                                                     CacheSink(*scene_, media_, tallies_, direct_, space_.refracts())});
         }
         for (std::int64_t n = range.begin(); n < range.end() && !progress.stopped(); ++n) {
             const std::uint64_t seed = scene_->description.render.seed;
@@ -199,24 +209,24 @@ void ExcitationCache::fill(std::int64_t photons, std::uint64_t batch, Progress& 
         bound_violations_ += worker->tracer.bound_violations();
 }
 
-double ExcitationCache::rate_per_uM(std::size_t medium, std::size_t brick, int in_brick) const {
+double ExcitationCache::absorbed_per_s(std::size_t medium, std::size_t brick, int in_brick) const {
     const Place place = places_[medium];
     const auto l = static_cast<std::size_t>(place.lattice);
     return scale_[l] * tallies_[l].at(brick, in_brick, place.field);
 }
 
-double ExcitationCache::glow_along(std::size_t medium, const Ray& ray, double length_um, double weight,
-                                   double absorption, Rng& rng) const {
+double ExcitationCache::absorbed_along(std::size_t medium, const Ray& ray, double length_um, double weight,
+                                       double absorption) const {
     const Place place = places_[medium];
     const VoxelTally& tally = tallies_[static_cast<std::size_t>(place.lattice)];
-    double glow = 0;
+    double sum = 0;
     tally.for_each_voxel(ray, length_um, [&](std::size_t brick, int in_brick, Interval stretch) {
-        const double excited = tally.at(brick, in_brick, place.field);
-        if (!(excited > 0)) return;
-        const double t = stretch.begin + rng.uniform() * stretch.length();
-        glow += excited * stretch.length() * dye_uM(*scene_, medium, ray.at(t)) * std::exp(-absorption * t);
+        const double absorbed = tally.at(brick, in_brick, place.field);
+        if (!(absorbed > 0)) return;
+        const double middle = 0.5 * (stretch.begin + stretch.end);
+        sum += absorbed * stretch.length() * std::exp(-absorption * middle);
     });
-    return weight * scale_[static_cast<std::size_t>(place.lattice)] * glow;
+    return weight * scale_[static_cast<std::size_t>(place.lattice)] * sum / tally.voxel_volume_um3();
 }
 
 double dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um) {
@@ -232,7 +242,7 @@ double dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um) {
 std::size_t ExcitationCache::bytes() const {
     std::size_t total = 0;
     for (std::size_t l = 0; l < lattices_.size(); ++l)
-        total += static_cast<std::size_t>(VoxelTally::bytes(lattices_[l], static_cast<int>(dyes_[l].size())));
+        total += static_cast<std::size_t>(VoxelTally::bytes(lattices_[l], static_cast<int>(media_[l].size())));
     return total;
 }
 

@@ -12,12 +12,12 @@
 
 namespace fluovox {
 
-/// The light that excites each dye after it was scattered, found by photons from the lights and kept as photons
-/// absorbed per second, um^3 and umol/L on the dye's own voxels (on cubes of `render.cache_voxel` for a dye in a
+/// The light that excites each dye after it was scattered, found by photons from the lights and kept as the photons
+/// that the dye absorbs per second in each of its own voxels (on cubes of `render.cache_voxel` for a dye in a
 /// region). Also what no path to a light can find: light through refracting surfaces, beams without width, uniform
 /// light, and the glow of other dyes. Light straight from all other lights is left out.
 ///
-/// Within a voxel it is constant: that is the only bias of what is made of it.
+/// What a voxel absorbs is unbiased; where in it, is not known: that is the only bias of what is made of it.
 class ExcitationCache {
 public:
     /// Throws SceneError where a dye fills an infinite region, the voxels take too much memory, a light cannot be
@@ -28,14 +28,12 @@ public:
     /// number of threads. Stops early when the user stops `progress`.
     void fill(std::int64_t photons, std::uint64_t batch, Progress& progress);
 
-    /// Photons absorbed per second and um^3 by the dye of a medium at 1 umol/L; in voxel `in_brick` (z fastest) of a
-    /// brick of the medium's lattice.
-    double rate_per_uM(std::size_t medium, std::size_t brick, int in_brick) const;
+    /// Photons absorbed per second by the dye of a medium in voxel `in_brick` (z fastest) of a brick of its lattice.
+    double absorbed_per_s(std::size_t medium, std::size_t brick, int in_brick) const;
 
-    /// What glows along a flight: the integral of concentration (umol/L) x rate per umol/L x the weight that is left,
-    /// estimated at one random place in each voxel; um^-2 s^-1 for a weight of one.
-    double glow_along(std::size_t medium, const Ray& ray, double length_um, double weight, double absorption,
-                      Rng& rng) const;
+    /// The integral along a flight of the photons that the dye of a medium absorbs, evenly within a voxel, x the weight
+    /// that is left; um^-2 s^-1 for a weight of one.
+    double absorbed_along(std::size_t medium, const Ray& ray, double length_um, double weight, double absorption) const;
 
     /// The voxels of a medium that is a dye.
     const VoxelLattice& lattice(std::size_t medium) const {
@@ -67,11 +65,11 @@ private:
     PhotonSource source_;
     std::vector<bool> direct_;  // per light
     PhotonLimits limits_;
-    std::vector<Place> places_;           // per medium
-    std::vector<VoxelLattice> lattices_;  // those that differ
-    std::vector<std::vector<int>> dyes_;  // per lattice: the dye of each field
-    std::vector<VoxelTally> tallies_;     // per lattice
-    std::vector<double> scale_;           // per lattice: from sums to rates
+    std::vector<Place> places_;            // per medium
+    std::vector<VoxelLattice> lattices_;   // those that differ
+    std::vector<std::vector<int>> media_;  // per lattice: the medium of each field
+    std::vector<VoxelTally> tallies_;      // per lattice
+    std::vector<double> scale_;            // per lattice: from sums to photons per second
     std::int64_t bound_violations_ = 0;
 };
 

@@ -251,8 +251,10 @@ void VoxelTally::walk(const Ray& ray, double length_um, const Function& visit) c
     });
 }
 
-void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
-                            const std::vector<Share>& shares, Rng& rng) {
+// Calls `add(slot, integral, stretch)` with the integral of the weight over what lies in each voxel.
+template <class AddShares>
+void VoxelTally::add_stretches(const Ray& ray, double length_um, double weight, double absorption,
+                               const AddShares& add) {
     double here = weight;
     double before = 0;  // where `here` holds
     walk(ray, length_um, [&](std::size_t brick, int in_brick, Interval stretch) {
@@ -262,9 +264,26 @@ void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, dou
         const double lost = here * absorbed_share(absorption * stretch.length());
         const double integral = absorption > 0 ? lost / absorption : here * stretch.length();
         here -= lost;
-        const auto slot = static_cast<std::int64_t>(brick * kVoxels) + in_brick;
+        add(static_cast<std::int64_t>(brick * kVoxels) + in_brick, integral, stretch);
+    });
+}
+
+void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
+                            const std::vector<Share>& shares, Rng& rng) {
+    add_stretches(ray, length_um, weight, absorption, [&](std::int64_t slot, double integral, Interval /*stretch*/) {
         for (const Share& share : shares)
             add(slot, share.field, share.factor * integral, rng);
+    });
+}
+
+void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
+                            const std::vector<Share>& shares, const FactorAt& at, Rng& rng) {
+    add_stretches(ray, length_um, weight, absorption, [&](std::int64_t slot, double integral, Interval stretch) {
+        const Vec3 place = ray.at(stretch.begin + rng.uniform() * stretch.length());
+        for (const Share& share : shares) {
+            const double factor = share.factor * at(share, place);
+            if (factor > 0) add(slot, share.field, factor * integral, rng);
+        }
     });
 }
 

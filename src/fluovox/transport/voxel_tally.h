@@ -57,6 +57,11 @@ public:
     /// A flight of `length_um` (may be infinite) on which the weight falls from `weight` as exp(-absorption t).
     void add_flight(const Ray& ray, double length_um, double weight, double absorption,
                     const std::vector<Share>& shares, Rng& rng);
+    /// The same with factors that vary in space: `at(share, position)` is one more, asked at a random place of the
+    /// flight in each voxel.
+    using FactorAt = std::function<double(const Share&, Vec3)>;
+    void add_flight(const Ray& ray, double length_um, double weight, double absorption,
+                    const std::vector<Share>& shares, const FactorAt& at, Rng& rng);
     /// Something that happened at one place.
     void add_point(Vec3 position_um, int field, double amount, Rng& rng);
 
@@ -76,6 +81,8 @@ public:
     static double bytes(const VoxelLattice& lattice, int fields);
 
 private:
+    template <class AddShares>
+    void add_stretches(const Ray& ray, double length_um, double weight, double absorption, const AddShares& add);
     template <class Function>
     void walk(const Ray& ray, double length_um, const Function& visit) const;
     std::int64_t slot(int x, int y, int z) const;
