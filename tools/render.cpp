@@ -98,7 +98,8 @@ void note_estimator(const CommonOptions& common, const Scene& scene) {
     const EstimatorChoice estimator = chosen_estimator(scene);
     if (!estimator.why.empty()) fmt::print(stderr, "note: estimator {}, since {}\n", estimator.name, estimator.why);
     if (estimator.name == "cached") {
-        fmt::print(stderr, "note: cached is biased in one way: where in a voxel scattered light excites is not known\n");
+        fmt::print(stderr,
+                   "note: cached is biased in one way: where in a voxel scattered light excites is not known\n");
     }
 }
 
