@@ -1,3 +1,4 @@
+#include "fluovox/core/text.h"
 #include "fluovox/image/png.h"
 #include "fluovox/volume/grid_info.h"
 #include "fluovox/volume/projection.h"
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 
 namespace fluovox::tools {
 namespace {
@@ -130,6 +132,9 @@ ExitCode run_info(const std::vector<std::string>& arguments) {
     line.positional("file", 1);
     if (!line.parse(arguments)) return ExitCode::Ok;
     if (file.empty()) line.fail("which file?");
+    if (!picture.empty() && lower_case(std::filesystem::path(picture).extension().string()) != ".png") {
+        line.fail("--preview " + picture + ": the picture is a PNG: --preview OUT.png");
+    }
 
     const auto grids = inspect_grids(file);
     if (!picture.empty()) save_preview(file, picture);

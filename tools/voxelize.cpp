@@ -137,6 +137,33 @@ void print_summary(const SpecimenResult& result, const std::string& output) {
     fmt::print("{}:{} voxels of {}, {:.2f} s, {} MB\n", output, text, voxel, seconds, peak_bytes() / 1000000);
 }
 
+/// Files of 16 bits a value keep umol/L: throws where the largest would become infinite, or one would lose digits.
+void require_half_holds(const std::string& dye, double smallest_uM, double largest_uM) {
+    constexpr double kLargestHalf = 65504;
+    constexpr double kSmallestNormalHalf = 0x1p-14;
+    if (largest_uM <= kLargestHalf && smallest_uM >= kSmallestNormalHalf) return;
+    throw InputError(
+        fmt::format("{} at {:g} umol/L: --half keeps concentrations from 6.1e-05 to 65504 umol/L; leave out --half",
+                    dye, largest_uM > kLargestHalf ? largest_uM : smallest_uM));
+}
+
+/// Before any work.
+void require_half_holds(const VoxelizeRequest& request) {
+    for (const SpecimenGroup& group : request.groups)
+        require_half_holds(group.dye, group.concentration_uM, group.concentration_uM);
+    if (!request.segmentation) return;
+    for (const SegmentDye& dye : request.segmentation->dyes)
+        require_half_holds(dye.dye, dye.concentration_uM, dye.concentration_uM);
+}
+
+/// Once overlaps are summed.
+void require_half_holds(const SpecimenResult& result) {
+    for (const DyeGrid& grid : result.grids) {
+        const GridInfo info = inspect_dye_grid(grid);
+        if (info.entry.readable) require_half_holds(info.entry.name, info.max, info.max);
+    }
+}
+
 /// A level set is one step: read, convert, describe.
 SpecimenResult convert_levelset(const VoxelizeRequest& request) {
     const SpecimenGroup& group = request.groups.front();
@@ -177,6 +204,7 @@ ExitCode run_voxelize(const std::vector<std::string>& arguments) {
     for (const std::string& remark : request.remarks)
         say(remark);
 
+    if (request.settings.half) require_half_holds(request);
     const SpecimenResult result = run_request(request, *progress);
     if (progress->stopped()) {
         say("stopped; nothing was written");
@@ -184,6 +212,7 @@ ExitCode run_voxelize(const std::vector<std::string>& arguments) {
     }
     for (const std::string& remark : result.remarks)
         say("warning: " + remark);
+    if (request.settings.half) require_half_holds(result);
     save_dye_grids(request.output, result.grids);
     const Json report = report_json(result, request.output);
     if (!request.report.empty()) write_text_file(request.report, text_of(report));

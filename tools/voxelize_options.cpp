@@ -254,8 +254,7 @@ CommandLine voxelize_command_line() {
     add("inside", po::value<std::string>()->default_value("auto")->value_name("RULE"),
         "auto: holes that are nearly flat are capped, at others the generalized winding number decides; stab: all are "
         "capped; winding: the number decides at all; flood: all are capped, and all that cannot be reached from "
-        "outside "
-        "is filled, cavities too");
+        "outside is filled, cavities too");
     add("overlap", po::value<std::string>()->default_value("max")->value_name("RULE"),
         "where meshes of one dye with different concentrations overlap: max, sum, first, last");
     add("bbox", po::value<std::string>()->value_name("BOX"),
@@ -269,11 +268,12 @@ CommandLine voxelize_command_line() {
     add("labels", po::bool_switch(),
         "add an integer grid of labels: which mesh (or label) has at least half of each voxel");
     add("shell", po::value<std::string>()->value_name("LENGTH"),
-        "fill a layer this thick along the surface instead of the inside (membrane dyes)");
+        "fill a layer this thick along the surface, half of it outside and half inside, instead of the inside "
+        "(membrane dyes)");
     add("from-levelset", po::value<std::string>()->value_name("FILE.vdb"),
         "convert a level set to a concentration, instead of meshes");
     add("grid", po::value<std::string>()->value_name("NAME"), "which grid of that file");
-    add("half", po::bool_switch(), "store 16 bits a value");
+    add("half", po::bool_switch(), "store 16 bits a value (concentrations from 6.1e-5 to 65504 umol/L)");
     add("strict", po::bool_switch(), "refuse meshes that are not watertight");
     add("repair", po::bool_switch(), "does nothing: damaged meshes are always repaired as far as possible");
     add("report", po::value<std::string>()->value_name("FILE.json"), "what was found in each mesh, and the volumes");
@@ -285,31 +285,48 @@ CommandLine voxelize_command_line() {
 
 namespace {
 
+/// The dye that a line of the table names; what is wrong with it is said of that line.
+DyeChoice cell_dye(const CommandLine& line, const CircuitCell& cell, const std::string& place,
+                   std::vector<std::string>& remarks) {
+    const std::string named = cell.dye + '=' + cell.concentration;
+    if (cell.concentration.empty()) throw InputError(place + ": " + cell.dye + " has no concentration");
+    try {
+        return choose_dye(line, named, cell.dye, cell.concentration, remarks);
+    } catch (const UsageError& e) {
+        throw InputError(place + ": " + std::string(e.what()).substr(0, std::string(e.what()).find('\n')));
+    } catch (const Error& e) {
+        throw Error(e.code(), place + ": " + e.what());
+    }
+}
+
 /// Each cell is a group of its own, so that only one is in memory at a time.
 void parse_circuit(const CommandLine& line, VoxelizeRequest& request) {
     const auto& values = line.values();
-    std::string otherwise;
-    if (values.count("dye") != 0) otherwise = values["dye"].as<std::vector<std::string>>().back();
-    std::vector<std::string> remarks;
     const auto circuit = values["circuit"].as<std::string>();
-    for (const CircuitCell& cell : load_circuit(circuit, request.um_per_unit)) {
+    if (values.count("label") != 0) {
+        line.fail("--label is for segmentations (TIFF, NRRD); the table gives each cell its dye, in " + circuit);
+    }
+    std::string otherwise;
+    if (values.count("dye") != 0) {
+        const auto dyes = values["dye"].as<std::vector<std::string>>();
+        otherwise = dyes.front();
+        if (dyes.size() > 1) line.fail("--circuit takes one --dye at most, for the cells to which it gives none");
+    }
+    std::vector<std::string> remarks;
+    const std::vector<CircuitCell> cells = load_circuit(circuit, request.um_per_unit);
+    const auto has_dye = [](const CircuitCell& cell) { return !cell.dye.empty(); };
+    if (!otherwise.empty() && std::all_of(cells.begin(), cells.end(), has_dye))
+        line.fail("--dye " + otherwise + ": the table gives each cell its dye; leave out --dye, or change " + circuit);
+    for (const CircuitCell& cell : cells) {
         const std::string place = circuit + ':' + std::to_string(cell.line);
         const bool own = !cell.dye.empty();
         if (!own && otherwise.empty()) throw InputError(place + ": has no dye, and no --dye is given for all");
-        DyeChoice dye;
-        try {
-            dye = parse_dye(line, own ? cell.dye + '=' + cell.concentration : otherwise, remarks);
-        } catch (const UsageError& e) {
-            if (!own) throw;
-            throw InputError(place + ": " + std::string(e.what()).substr(0, std::string(e.what()).find('\n')));
-        }
+        const DyeChoice dye = own ? cell_dye(line, cell, place, remarks) : parse_dye(line, otherwise, remarks);
         request.groups.push_back({dye.name, dye.concentration_uM, {cell.part}});
     }
-    for (const std::string& remark : remarks) {
-        if (std::find(request.remarks.begin(), request.remarks.end(), remark) == request.remarks.end()) {
+    for (const std::string& remark : remarks)
+        if (std::find(request.remarks.begin(), request.remarks.end(), remark) == request.remarks.end())
             request.remarks.push_back(remark);
-        }
-    }
 }
 
 /// For labels each mesh must be told from the others.

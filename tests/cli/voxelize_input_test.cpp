@@ -112,6 +112,39 @@ TEST_F(VoxelizeInput, ATruncatedMeshSaysWhere) {
     });
 }
 
+TEST_F(VoxelizeInput, NumbersTooLargeForDoublePrecisionAreNoCoordinates) {
+    const std::string obj = corner_obj(1, 2, 3);
+    write("far.obj", "v 0 0 1e400\n" + obj);
+    write("near.obj", "v 0 0 1e-400\n" + obj);
+    write("far.off", "OFF\n3 1 0\n0 0 0\n1 0 -1e400\n0 1 0\n3 0 1 2\n");
+    write("far.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 1e999 0\n");
+    write("far.ply",
+          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+          "end_header\n0 1e400 0\n");
+    const auto row = [](const std::string& file, const std::string& message) {
+        return CommandRow{file, with({file, "--voxel-size", "1um"}), 4, message};
+    };
+    expect_rows({
+        row("far.obj", "far.obj:1: \"1e400\" is not a finite number"),
+        row("far.off", "far.off:4: \"-1e400\" is not a finite number"),
+        row("far.stl", "far.stl:4: \"1e999\" is not a finite number"),
+        row("far.ply", "far.ply:8: \"1e400\" is not a finite number"),
+    });
+    const ProgramResult near = run(with({"near.obj", "--voxel-size", "1um"}));
+    EXPECT_FALSE(found("finite", near.err)) << near.err;
+}
+
+TEST_F(VoxelizeInput, FilesThatAreNotWhatTheyAreCalledAreNamed) {
+    write("obj.ply", corner_obj(1, 2, 3));
+    write("huge.nrrd",
+          "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 1000000 1000000 1000000\nencoding: raw\n"
+          "spacings: 1 1 1\nunits: \"um\" \"um\" \"um\"\n\nabc");
+    expect_rows({
+        {"an OBJ", with({"obj.ply", "--voxel-size", "1um"}), 4, "obj.ply:1: .*\\(it does not begin with \"ply\"\\)"},
+        {"a volume larger than its file", with({"huge.nrrd"}), 4, "error: huge.nrrd: is truncated"},
+    });
+}
+
 TEST_F(VoxelizeInput, GarbageIsNotSentToTheTerminal) {
     write("garbage.swc", "\x1b[2J\xff\x07\x01 9\n");
     write("garbage.obj", "v \x1b]0;x\x07 1 2\n");

@@ -198,6 +198,7 @@ TEST_F(VoxelizeCommand, InfoSaysWhatIsWrongWithAFile) {
         {"a missing file", {"info", "none.vdb"}, 4, "none.vdb: cannot be read"},
         {"garbage", {"info", "garbage.vdb"}, 4, "not a VDB file"},
         {"a truncated file", {"info", "cut.vdb"}, 4, "truncated"},
+        {"a picture that is no PNG", {"info", "a.vdb", "--preview", "p.jpg"}, 2, "the picture is a PNG"},
     });
 }
 
@@ -248,6 +249,54 @@ TEST_F(VoxelizeCommand, MorphologiesShellsAndLevelSetsBecomeGrids) {
     EXPECT_TRUE(found("distances +-0.29[0-9]* to 0.29.* --from-levelset", run({"info", "ball.vdb"}).out));
     const ProgramResult ball = run({"voxelize", "--from-levelset", "ball.vdb", "-o", "b.vdb", "--dye", "EGFP=5uM"});
     EXPECT_TRUE(found("EGFP .* 1\\.67[0-9]*e-19 mol", ball.out)) << ball.out << ball.err;  // 33.5 um3
+}
+
+TEST_F(VoxelizeCommand, SixteenBitsAreRefusedWhereTheyCannotHoldTheConcentration) {
+    const auto with = [](const std::string& dye) {
+        return std::vector<std::string>{"voxelize", "small.obj", "-o", "h.vdb",        "--dye",
+                                        dye,        "--half",    "-q", "--voxel-size", "1um"};
+    };
+    expect_rows({
+        {"too large", with("EGFP=100mM"), 4, "EGFP at 100000 umol/L: --half keeps .* 65504 umol/L; leave out --half"},
+        {"too small", with("EGFP=1e-7uM"), 4, "EGFP at 1e-07 umol/L: .*leave out --half"},
+    });
+    EXPECT_EQ(files(), (std::vector<std::string>{"box.obj", "small.obj"}));
+    expect_rows({
+        {"the largest sum",
+         {"voxelize", "box.obj", "--dye", "EGFP=40mM", "small.obj", "--dye", "EGFP=39mM", "-o", "h.vdb", "--overlap",
+          "sum", "--half", "--voxel-size", "1um"},
+         4,
+         "EGFP at 79000 umol/L"},
+        {"what they hold", with("EGFP=65mM"), 0, ""},
+    });
+    EXPECT_TRUE(found("max 64992 ", run({"info", "h.vdb"}).out)) << run({"info", "h.vdb"}).out;
+}
+
+TEST_F(VoxelizeCommand, ACircuitSaysWhatIsWrongWithItsTable) {
+    const std::string head = "file,x,dye,concentration\n";
+    write("all.csv", "\xef\xbb\xbf" + head + "small.obj,0,EGFP,5uM\n");
+    write("some.csv", head + "small.obj,0,EGFP,5uM\nsmall.obj,20,,\n");
+    write("semicolons.csv", "file;x;dye;concentration\nsmall.obj;0;EGFP;5uM\n");
+    write("dye.csv", head + "small.obj,0,EGPF,5uM\n");
+    write("mesh.csv", head + "small.obj,0,EGFP,5uM\nbroken.obj,9,EGFP,5uM\n");
+    write("broken.obj", "v 0 0 0\nv 0 0 one\n");
+    const auto with = [](const std::string& table, std::vector<std::string> more = {}) {
+        std::vector<std::string> all = {"voxelize", "--circuit", table, "-o", "c.vdb"};
+        if (more.empty() || more.front() != "--resolution") all.insert(all.end(), {"--voxel-size", "1um"});
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    };
+    expect_rows({
+        {"a byte order mark is passed over", with("all.csv"), 0, "", "EGFP 64 voxels"},
+        {"a dye for the cells without one", with("some.csv", {"--dye", "DAPI=1uM"}), 0, "", "DAPI 64 voxels"},
+        {"a dye that no cell takes", with("all.csv", {"--dye", "EGFP=9uM"}), 2, "the table gives each cell its dye"},
+        {"labels of a segmentation", with("all.csv", {"--label", "1=EGFP:9uM"}), 2,
+         "the table gives each cell its dye"},
+        {"semicolons", with("semicolons.csv"), 4, "semicolons.csv:1: its columns must be separated by commas"},
+        {"an unknown dye", with("dye.csv"), 3, "error: dye.csv:2: .*unknown dye \"EGPF\""},
+        {"a broken mesh", with("mesh.csv"), 4, "error: mesh.csv:3: broken.obj:2: \"one\" is not a number"},
+        {"found early", with("mesh.csv", {"--resolution", "9"}), 4, "error: mesh.csv:3: broken.obj:2: "},
+    });
 }
 
 // 4 x 3 x 2 voxels of 16 x 16 x 40 nm: six of label 17, two of label 3.

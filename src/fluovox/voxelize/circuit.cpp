@@ -109,7 +109,10 @@ std::vector<CircuitCell> load_circuit(const std::filesystem::path& file, double 
     std::vector<CircuitCell> cells;
     std::vector<std::string> header;
     int number = 0;
-    for (std::string_view rest = bytes; !rest.empty();) {
+    std::string_view rest = bytes;
+    constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+    if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
+    while (!rest.empty()) {
         const auto end = rest.find('\n');
         const std::string_view line = rest.substr(0, end);
         rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
@@ -119,6 +122,10 @@ std::vector<CircuitCell> load_circuit(const std::filesystem::path& file, double 
         const std::string place = file.string() + ':' + std::to_string(number);
         if (header.empty()) {
             header = cells_of(line);
+            if (header.size() == 1 && text.find_first_of(";\t") != std::string::npos) {
+                throw InputError(place + ": its columns must be separated by commas, not by " +
+                                 (text.find(';') != std::string::npos ? "semicolons" : "tabs"));
+            }
             for (const std::string& name : header) {
                 if (std::find(kColumns.begin(), kColumns.end(), name) == kColumns.end()) {
                     throw InputError(place + ": no column \"" + name +
@@ -130,6 +137,7 @@ std::vector<CircuitCell> load_circuit(const std::filesystem::path& file, double 
         const Row row(header, cells_of(line), place);
         cells.push_back(read_cell(row, file.parent_path(), um_per_unit));
         cells.back().line = number;
+        cells.back().part.place = place;
     }
     if (cells.empty()) throw InputError(file.string() + ": has no cells");
     return cells;

@@ -333,36 +333,59 @@ std::string_view skip_lines(std::string_view data, std::int64_t lines) {
 
 }  // namespace
 
+namespace {
+
+/// Where a header's samples are, and as what.
+struct NrrdData {
+    MappedBytes detached;
+    std::string_view bytes;
+    bool compressed = false;
+    bool text = false;
+};
+
+/// Throws where they cannot be as many as the header says.
+NrrdData find_data(const NrrdHeader& header, const LabelVolumeFile& file, const LabelVolumeHeader& volume) {
+    NrrdData data;
+    data.bytes = header.data();
+    const std::string other = header.field("data file", "datafile");
+    if (!other.empty()) {
+        if (other.starts_with("LIST") || other.find('%') != std::string::npos) {
+            header.fail("its data are in many files; join them into one first");
+        }
+        data.detached = MappedBytes(file.folder / other);
+        data.bytes = data.detached.bytes();
+    }
+    const std::string encoding = lower_case(header.field("encoding"));
+    data.compressed = encoding == "gzip" || encoding == "gz";
+    data.text = encoding == "text" || encoding == "txt" || encoding == "ascii";
+    if (!data.compressed && !data.text && encoding != "raw") {
+        header.fail("encoding \"" + encoding + "\" is not known; save it as raw or gzip");
+    }
+    constexpr double kStrongestGzip = 1040;
+    constexpr double kOneDigit = 8;
+    const double strongest = data.compressed ? kStrongestGzip : (data.text ? kOneDigit : 1);
+    require_possible_size(volume, data.bytes.size(), strongest, file.name);
+    return data;
+}
+
+}  // namespace
+
 LabelVolumeHeader parse_nrrd_header(const LabelVolumeFile& file) {
     const NrrdHeader header(file);
     LabelVolumeHeader volume;
     volume.type = sample_type(header);
     const std::vector<std::size_t> axes = volume_axes(header, volume);
     read_steps(header, axes, volume);
+    // Now, before anybody makes room for its slices.
+    find_data(header, file, volume);
     return volume;
 }
 
 void read_nrrd_slices(const LabelVolumeFile& file, const LabelVolumeHeader& volume, const SliceSink& sink) {
     const NrrdHeader header(file);
-    MappedBytes detached;
-    std::string_view data = header.data();
-    const std::string other = header.field("data file", "datafile");
-    if (!other.empty()) {
-        if (other.starts_with("LIST") || other.find('%') != std::string::npos) {
-            header.fail("its data are in many files; join them into one first");
-        }
-        detached = MappedBytes(file.folder / other);
-        data = detached.bytes();
-    }
-    const std::string encoding = lower_case(header.field("encoding"));
-    const bool compressed = encoding == "gzip" || encoding == "gz";
-    const bool text = encoding == "text" || encoding == "txt" || encoding == "ascii";
-    if (!compressed && !text && encoding != "raw") {
-        header.fail("encoding \"" + encoding + "\" is not known; save it as raw or gzip");
-    }
-    constexpr double kStrongestGzip = 1040;
-    constexpr double kOneDigit = 8;
-    require_possible_size(volume, data.size(), compressed ? kStrongestGzip : (text ? kOneDigit : 1), file.name);
+    const NrrdData found = find_data(header, file, volume);
+    std::string_view data = found.bytes;
+    const bool compressed = found.compressed;
     const auto skip = [&](const std::string& name, const std::string& short_name) {
         const std::string count = header.field(name, short_name);
         return count.empty() ? 0 : header.integer(count, name);
@@ -375,7 +398,7 @@ void read_nrrd_slices(const LabelVolumeFile& file, const LabelVolumeHeader& volu
         bytes_to_skip = data.size() < all ? 0 : static_cast<std::int64_t>(data.size() - all);
     }
     if (bytes_to_skip < 0) header.fail("byte skip: must not be negative");
-    if (text) return read_text_slices(data, volume, file.name, sink);
+    if (found.text) return read_text_slices(data, volume, file.name, sink);
 
     SampleStream stream(data, compressed, file.name);
     std::vector<unsigned char> bytes;

@@ -47,7 +47,7 @@ Mesh parse_off(std::string_view bytes, const std::string& name) {
     std::string_view token;
     if (!in.token_anywhere('#', token) || !token.ends_with("OFF") || token.ends_with("4OFF") ||
         token.ends_with("nOFF")) {
-        in.fail("is not an OFF file of points in space (it begins with OFF)");
+        in.fail("is not an OFF file of points in space (it does not begin with OFF)");
     }
     const long long vertices = in.integer_anywhere('#');
     const long long faces = in.integer_anywhere('#');

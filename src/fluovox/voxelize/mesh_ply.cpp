@@ -69,7 +69,7 @@ void parse_property(TextScanner& in, std::vector<PlyElement>& elements) {
 
 PlyHeader parse_header(TextScanner& in) {
     PlyHeader header;
-    if (!in.next_line('\0') || in.token() != "ply") in.fail("is not a PLY file (it begins with \"ply\")");
+    if (!in.next_line('\0') || in.token() != "ply") in.fail("is not a PLY file (it does not begin with \"ply\")");
     bool has_format = false;
     while (in.next_line('\0')) {
         const auto keyword = in.token();

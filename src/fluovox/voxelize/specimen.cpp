@@ -86,8 +86,14 @@ LoadedPart load_part(const SpecimenPart& part) {
 Bounds specimen_bounds(const std::vector<SpecimenGroup>& groups) {
     Bounds bounds;
     for (const SpecimenGroup& group : groups) {
-        for (const SpecimenPart& part : group.parts)
-            bounds.add(load_part(part).bounds());
+        for (const SpecimenPart& part : group.parts) {
+            try {
+                bounds.add(load_part(part).bounds());
+            } catch (const InputError& e) {
+                if (part.place.empty()) throw;
+                throw InputError(part.place + ": " + e.what());
+            }
+        }
     }
     return bounds;
 }
@@ -276,9 +282,10 @@ FilledGroup fill_group(const SpecimenGroup& group, const SpecimenSettings& setti
         report.seconds = seconds_since(begin);
         return {*grid, std::move(report)};
     } catch (const InputError& e) {
+        const SpecimenPart& first = group.parts.front();
         const std::string text = e.what();
-        if (text.find(group.parts.front().name) == 0 || group.parts.size() > 1) throw;
-        throw InputError(group.parts.front().name + ": " + text);
+        const bool named = text.starts_with(first.name) || group.parts.size() > 1;
+        throw InputError((first.place.empty() ? "" : first.place + ": ") + (named ? "" : first.name + ": ") + text);
     }
 }
 

@@ -26,7 +26,8 @@ struct SpecimenPart {
     std::string name;        ///< what messages and reports call it
     double um_per_unit = 0;  ///< of the file's coordinates; 0: what the format says, or um
     Placement placement;
-    int label = 0;  ///< in the grid of labels; 0: its number among all parts
+    int label = 0;        ///< in the grid of labels; 0: its number among all parts
+    std::string place{};  ///< the line of a table that names it, which errors then begin with; else empty
 };
 
 /// What is labelled with one dye at one concentration: the union of its parts.

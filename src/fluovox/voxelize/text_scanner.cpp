@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 
 namespace fluovox {
 namespace {
@@ -84,9 +85,10 @@ double to_number(std::string_view token, const TextScanner& where) {
     const auto* const end = token.data() + token.size();
     const auto [stop, error] = std::from_chars(begin, end, value);
     // Out of range is 0 or infinite as strtod has it; only infinite is a mistake.
-    if (error == std::errc::result_out_of_range) return 0;
-    if (error != std::errc{} || stop != end) where.fail('"' + std::string(token.substr(0, 40)) + "\" is not a number");
-    if (!std::isfinite(value)) where.fail("a coordinate is not finite");
+    if (error == std::errc::result_out_of_range) value = std::strtod(std::string(begin, stop).c_str(), nullptr);
+    const bool read = error == std::errc{} || error == std::errc::result_out_of_range;
+    if (!read || stop != end) where.fail('"' + std::string(token.substr(0, 40)) + "\" is not a number");
+    if (!std::isfinite(value)) where.fail('"' + std::string(token.substr(0, 40)) + "\" is not a finite number");
     return value;
 }
 
