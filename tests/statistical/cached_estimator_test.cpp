@@ -108,6 +108,26 @@ TEST(CachedEstimator, HasTheTotalsOfTheEstimatorsWithoutACache) {
     EXPECT_LT(std::abs(z_of_totals(in_ball, "light", 1000)), 5);
 }
 
+/// Standard errors between two films in the pixel where they differ most, the first one made wrong by `factor`.
+double worst_pixel(const Film& film, const Film& other, double factor) {
+    double worst = 0;
+    for (int pixel = 0; pixel < film.pixels(); ++pixel) {
+        const double apart = factor * film.mean_of_all(kFluorescence, pixel) - other.mean_of_all(kFluorescence, pixel);
+        const double variance = factor * factor * film.variance_of_mean_of_all(kFluorescence, pixel) +
+                                other.variance_of_mean_of_all(kFluorescence, pixel);
+        worst = std::max(worst, std::abs(apart) / std::sqrt(variance));
+    }
+    return worst;
+}
+
+TEST(CachedEstimator, HasThePixelsOfTheEstimatorWithoutACache) {
+    const Scene scene = in_tissue(dye_in(blobs(), 0), sheet_of(20));
+    const Film cached = image(scene, "cached", 4000, 1);
+    const Film light = image(scene, "light", 30000, 2);
+    EXPECT_LT(worst_pixel(cached, light, 1), 5);
+    EXPECT_GT(worst_pixel(cached, light, 1.2), 5) << "20 % too much is found out";
+}
+
 TEST(CachedEstimator, HasTheTotalOfPlainPathsThatScoreAtCollisions) {
     Scene scene = in_tissue(dye_in(SphereRegion{{50, 50, 50}, 40}, 0, 1), sheet_of(20));
     const Totals plain(scene, "collision", 8000);
