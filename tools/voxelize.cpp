@@ -96,6 +96,7 @@ Json group_json(const GroupReport& group) {
                  {"winding_um3", voxels.winding_um3},
                  {"amount_mol", voxels.volume_um3 * group.concentration_uM * kMolPerUmolLitreUm3},
                  {"winding_share", share},
+                 {"merged_points", voxels.merged_points},
                  {"seconds", group.seconds},
                  {"reading_seconds", group.reading_seconds},
                  {"voxelizing_seconds", group.seconds - group.reading_seconds},

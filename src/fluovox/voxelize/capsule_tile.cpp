@@ -68,13 +68,42 @@ Stretch cut_capsule(const Capsule& capsule, double y, double z) {
     return stretch;
 }
 
-struct LineStretch {
-    std::uint32_t line = 0;
-    Stretch stretch;
+/// What is inside along one line. Segments that follow each other mostly overlap, so they join as they come, and
+/// memory goes by the line's length and not by their number.
+class InsideLine {
+public:
+    void add(const Stretch& stretch) {
+        if (!parts_.empty() && join(parts_.back(), stretch)) return;
+        if (parts_.size() >= limit_) {
+            tidy();
+            limit_ = std::max(limit_, 2 * parts_.size());
+        }
+        parts_.push_back(stretch);
+    }
+    /// In order, apart from each other.
+    const std::vector<Stretch>& tidy() {
+        std::sort(parts_.begin(), parts_.end(), [](const Stretch& a, const Stretch& b) { return a.begin < b.begin; });
+        std::size_t kept = 0;
+        for (std::size_t i = 1; i < parts_.size(); ++i)
+            if (!join(parts_[kept], parts_[i])) parts_[++kept] = parts_[i];
+        if (!parts_.empty()) parts_.resize(kept + 1);
+        return parts_;
+    }
+
+private:
+    static bool join(Stretch& into, const Stretch& more) {
+        if (more.begin > into.end || more.end < into.begin) return false;
+        into.begin = std::min(into.begin, more.begin);
+        into.end = std::max(into.end, more.end);
+        return true;
+    }
+
+    std::vector<Stretch> parts_;
+    std::size_t limit_ = 64;
 };
 
-std::vector<LineStretch> cut_lines(const std::vector<Capsule>& capsules, const TileTask& task) {
-    std::vector<LineStretch> found;
+std::vector<InsideLine> cut_lines(const std::vector<Capsule>& capsules, const TileTask& task) {
+    std::vector<InsideLine> found(static_cast<std::size_t>(kBlockSide * kBlockSide * kSubLines));
     for (const std::uint32_t* item = task.begin; item != task.end; ++item) {
         const Capsule& capsule = capsules[*item];
         const Bounds box = capsule_bounds(capsule);
@@ -90,7 +119,7 @@ std::vector<LineStretch> cut_lines(const std::vector<Capsule>& capsules, const T
                 for (std::uint32_t n = 0; n < kSubLines; ++n) {
                     const auto [at_y, at_z] = sub_line_place(task, first + n);
                     const Stretch stretch = cut_capsule(capsule, at_y, at_z);
-                    if (stretch.begin < stretch.end) found.push_back({first + n, stretch});
+                    if (stretch.begin < stretch.end) found[first + n].add(stretch);
                 }
             }
         }
@@ -116,10 +145,7 @@ double capsule_area(const Capsule& capsule) {
 }
 
 TileResult fill_capsule_tile(const std::vector<Capsule>& capsules, const TileTask& task) {
-    std::vector<LineStretch> found = cut_lines(capsules, task);
-    std::sort(found.begin(), found.end(), [](const LineStretch& a, const LineStretch& b) {
-        return a.line != b.line ? a.line < b.line : a.stretch.begin < b.stretch.begin;
-    });
+    std::vector<InsideLine> lines = cut_lines(capsules, task);
     // Each end of a stretch is a little surface across its line.
     std::vector<Piece> pieces;
     const auto add = [&](std::uint32_t line, double x, double sign) {
@@ -127,13 +153,11 @@ TileResult fill_capsule_tile(const std::vector<Capsule>& capsules, const TileTas
         pieces.push_back({static_cast<std::int32_t>(cell), static_cast<std::uint16_t>(line / kSubLines),
                           sign * (cell + 1 - x) / kSubLines, sign / kSubLines});
     };
-    for (std::size_t i = 0; i < found.size();) {
-        Stretch joined = found[i].stretch;
-        const std::uint32_t line = found[i].line;
-        for (++i; i < found.size() && found[i].line == line && found[i].stretch.begin <= joined.end; ++i)
-            joined.end = std::max(joined.end, found[i].stretch.end);
-        add(line, joined.begin, 1);
-        add(line, joined.end, -1);
+    for (std::uint32_t line = 0; line < lines.size(); ++line) {
+        for (const Stretch& inside : lines[line].tidy()) {
+            add(line, inside.begin, 1);
+            add(line, inside.end, -1);
+        }
     }
     return sweep_tile(task, pieces);
 }

@@ -30,42 +30,75 @@ void cut_cycles(MorphologyTree& tree) {
     }
 }
 
-/// Gives points without a positive radius that of the nearest ancestor that has one, or else of a descendant.
+/// Every point after its parent; as in the file where it keeps to that.
+std::vector<std::uint32_t> parents_first(const std::vector<MorphologyPoint>& points) {
+    std::vector<std::uint32_t> order;
+    order.reserve(points.size());
+    std::vector<bool> placed(points.size(), false);
+    std::vector<std::uint32_t> line;
+    for (std::uint32_t start = 0; start < points.size(); ++start) {
+        for (std::uint32_t at = start; at != kNoParent && !placed[at]; at = points[at].parent) {
+            placed[at] = true;
+            line.push_back(at);
+        }
+        order.insert(order.end(), line.rbegin(), line.rend());
+        line.clear();
+    }
+    return order;
+}
+
+bool has_radius(const MorphologyPoint& point) {
+    return point.radius > 0;
+}
+
+/// Hands radii down and up the tree to points without, between points that `akin` allows.
+template <class Akin>
+void hand_radii(std::vector<MorphologyPoint>& points, const std::vector<std::uint32_t>& order, const Akin& akin) {
+    const auto down = [&] {
+        for (const std::uint32_t i : order) {
+            MorphologyPoint& point = points[i];
+            if (has_radius(point) || point.parent == kNoParent) continue;
+            const MorphologyPoint& parent = points[point.parent];
+            if (has_radius(parent) && akin(point, parent)) point.radius = parent.radius;
+        }
+    };
+    down();
+    for (auto i = order.rbegin(); i != order.rend(); ++i) {
+        const MorphologyPoint& point = points[*i];
+        if (!has_radius(point) || point.parent == kNoParent) continue;
+        MorphologyPoint& parent = points[point.parent];
+        if (!has_radius(parent) && akin(point, parent)) parent.radius = point.radius;
+    }
+    down();
+}
+
+/// Gives points without a positive radius that of the nearest ancestor of their type that has one, or else of a
+/// descendant; then of any neurite; a soma's only where the file has no other.
 void mend_radii(MorphologyTree& tree, const std::string& name) {
     auto& points = tree.points;
-    const auto good = [](const MorphologyPoint& p) { return p.radius > 0; };
-    std::vector<std::uint32_t> bad;
-    for (std::uint32_t i = 0; i < points.size(); ++i)
-        if (!good(points[i])) bad.push_back(i);
-    if (bad.empty()) return;
-    if (bad.size() == points.size()) throw InputError(name + ": not one of its points has a radius above zero");
-    tree.report.mended_radii = bad.size();
-    // Parents nearly always come before their children, so few rounds do.
-    constexpr int kRounds = 64;  // what is left then gets the least radius of the file
-    bool changed = true;
-    for (int round = 0; changed && round < kRounds; ++round) {
-        changed = false;
-        for (const std::uint32_t i : bad) {
-            const std::uint32_t parent = points[i].parent;
-            if (good(points[i]) || parent == kNoParent || !good(points[parent])) continue;
-            points[i].radius = points[parent].radius;
-            changed = true;
-        }
+    const auto bad = points.size() - static_cast<std::size_t>(std::count_if(points.begin(), points.end(), has_radius));
+    if (bad == 0) return;
+    if (bad == points.size()) throw InputError(name + ": not one of its points has a radius above zero");
+    tree.report.mended_radii = bad;
+    const std::vector<std::uint32_t> order = parents_first(points);
+    const auto soma = [](const MorphologyPoint& p) { return p.type == kSomaType; };
+    using Point = MorphologyPoint;
+    hand_radii(points, order, [](const Point& a, const Point& b) { return a.type == b.type; });
+    hand_radii(points, order, [&](const Point& a, const Point& b) { return soma(a) == soma(b); });
+    for (const bool of_soma : {false, true}) {
+        double least = std::numeric_limits<double>::max();
+        for (const Point& point : points)
+            if (has_radius(point) && soma(point) == of_soma) least = std::min(least, point.radius);
+        if (least == std::numeric_limits<double>::max()) continue;
+        for (Point& point : points)
+            if (!has_radius(point) && soma(point) == of_soma) point.radius = least;
     }
-    changed = true;
-    for (int round = 0; changed && round < kRounds; ++round) {
-        changed = false;
-        for (auto point = points.rbegin(); point != points.rend(); ++point) {
-            if (!good(*point) || point->parent == kNoParent || good(points[point->parent])) continue;
-            points[point->parent].radius = point->radius;
-            changed = true;
-        }
-    }
+    hand_radii(points, order, [](const Point&, const Point&) { return true; });
     double least = std::numeric_limits<double>::max();
-    for (const auto& point : points)
-        if (good(point)) least = std::min(least, point.radius);
-    for (auto& point : points)
-        if (!good(point)) point.radius = least;
+    for (const Point& point : points)
+        if (has_radius(point)) least = std::min(least, point.radius);
+    for (Point& point : points)
+        if (!has_radius(point)) point.radius = least;
 }
 
 void add_ball(Morphology& morphology, const Vec3& center, double radius) {

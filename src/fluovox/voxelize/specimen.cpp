@@ -215,6 +215,7 @@ void add_voxels(VoxelizeReport& all, const VoxelizeReport& more) {
     all.winding_um3 += more.winding_um3;
     all.voxels += more.voxels;
     all.decided_by_winding += more.decided_by_winding;
+    all.merged_points += more.merged_points;
 }
 
 /// What a group is made of once read.

@@ -2,6 +2,7 @@
 
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
+#include "fluovox/voxelize/capsule_merge.h"
 #include "fluovox/voxelize/capsule_tile.h"
 #include "fluovox/voxelize/chunks.h"
 #include "fluovox/voxelize/clip.h"
@@ -429,16 +430,17 @@ VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const Voxe
     Bounds bounds;
     const double side = kBlockSide * settings.voxel_size_um;
     double blocks = 8;
-    for (const Capsule& capsule : capsules) {
+    MergedCapsules merged = merge_capsules(capsules, settings.voxel_size_um);
+    std::vector<Capsule>& placed = merged.capsules;
+    for (const Capsule& capsule : placed) {
         const Bounds box = capsule_bounds(capsule);
         bounds.add(box);
         blocks += std::min(blocks_of_box(box, side),
                            blocks_of_surface(capsule_area(capsule), length(capsule.to - capsule.from), side));
     }
     if (bounds.empty()) throw InputError("there are no segments to voxelize");
-    require_affordable(kLeafBytes * blocks, bounds, settings);
+    require_affordable(kLeafBytes * std::min(blocks, blocks_of_box(bounds, side)), bounds, settings);
     const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
-    std::vector<Capsule> placed = capsules;
     for (Capsule& capsule : placed) {
         for (int axis = 0; axis < 3; ++axis) {
             const double corner = lattice.corner[static_cast<std::size_t>(axis)];
@@ -452,8 +454,10 @@ VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const Voxe
         static_cast<std::uint32_t>(placed.size()), [&](std::uint32_t number) { return capsule_bounds(placed[number]); },
         [&](std::uint32_t number, double low, double high) { return capsule_span(placed[number], low, high); },
         lattice.blocks[2]);
-    return fill_grid(lattice, settings, bins, progress,
-                     [&](const TileTask& task) { return fill_capsule_tile(placed, task); });
+    VoxelizedGrid filled = fill_grid(lattice, settings, bins, progress,
+                                     [&](const TileTask& task) { return fill_capsule_tile(placed, task); });
+    filled.report.merged_points = merged.merged_points;
+    return filled;
 }
 
 }  // namespace fluovox

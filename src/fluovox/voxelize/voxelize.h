@@ -33,6 +33,7 @@ struct VoxelizeReport {
     double winding_um3 = 0;                ///< integral of the winding number: overlapping parts count twice
     std::uint64_t voxels = 0;              ///< with anything inside
     std::uint64_t decided_by_winding = 0;  ///< of these, by the winding number
+    std::uint64_t merged_points = 0;       ///< of morphologies: ends of segments merged as one does for two
     bool caps_only = false;  ///< holes too large for the winding number at this voxel size: they were capped
 };
 

@@ -86,6 +86,52 @@ TEST(Capsules, AreAUnionWhereTheyOverlap) {
     EXPECT_NEAR(voxel_volume({one, one, one}, 0.25), voxel_volume({one}, 0.25), 1e-9);
 }
 
+/// A cable of r = 1 um with `points` points, straight or along a wave.
+std::vector<Capsule> sampled_cable(int points, double wave_um, double taper) {
+    std::vector<Capsule> cable;
+    const auto at = [&](int i) {
+        const double s = static_cast<double>(i) / (points - 1);
+        return Vec3{100 * s, wave_um * std::sin(20 * s), wave_um * std::cos(15 * s)};
+    };
+    const auto radius = [&](int i) { return 1 - taper * static_cast<double>(i) / (points - 1); };
+    for (int i = 1; i < points; ++i)
+        cable.push_back({at(i - 1), at(i), radius(i - 1), radius(i)});
+    return cable;
+}
+
+TEST(Capsules, FinelySampledCablesCostByVoxelsAndHoldTheSame) {
+    VoxelizeSettings settings;
+    settings.voxel_size_um = 0.2;
+    NoProgress progress;
+    const double straight = voxel_volume(sampled_cable(2, 0, 0), 0.2);
+    const auto fine = voxelize_capsules(sampled_cable(100'000, 0, 0), settings, progress).report;
+    EXPECT_EQ(fine.merged_points, 99'998U);
+    EXPECT_NEAR(fine.volume_um3 / straight, 1, 1e-4);
+    const double tapered = voxel_volume(sampled_cable(2, 0, 0.8), 0.2);
+    EXPECT_NEAR(voxel_volume(sampled_cable(20'000, 0, 0.8), 0.2) / tapered, 1, 1e-4);
+    const auto wave = voxelize_capsules(sampled_cable(20'000, 3, 0.3), settings, progress).report;
+    EXPECT_GT(wave.merged_points, 19'000U);
+    EXPECT_NEAR(wave.volume_um3 / voxel_volume(sampled_cable(1'500, 3, 0.3), 0.2), 1, 1e-4);
+}
+
+TEST(Capsules, MergingKeepsWhatIsNotTheSameShape) {
+    VoxelizeSettings settings;
+    settings.voxel_size_um = 0.5;
+    NoProgress progress;
+    const auto merged = [&](const std::vector<Capsule>& capsules) {
+        return voxelize_capsules(capsules, settings, progress).report.merged_points;
+    };
+    EXPECT_EQ(merged({{{0, 0, 0}, {5, 0, 0}, 1, 1}, {{5, 0, 0}, {9, 0, 0}, 1, 1}}), 1U);
+    EXPECT_EQ(merged({{{0, 0, 0}, {5, 0, 0}, 1, 1.1}, {{5, 0, 0}, {9, 0, 0}, 1.1, 1}}), 0U) << "a bulge";
+    EXPECT_EQ(merged({{{0, 0, 0}, {5, 0.1, 0}, 1, 1}, {{5, 0.1, 0}, {9, 0, 0}, 1, 1}}), 0U) << "a bend";
+    EXPECT_EQ(merged({{{0, 0, 0}, {9, 0, 0}, 1, 1}, {{9, 0, 0}, {5, 0, 0}, 1, 1}}), 0U) << "the way back";
+    // A ring has no beginning; a fork goes on in one of its branches.
+    EXPECT_EQ(merged({{{0, 0, 0}, {5, 0, 0}, 1, 1}, {{5, 0, 0}, {0, 5, 0}, 1, 1}, {{0, 5, 0}, {0, 0, 0}, 1, 1}}), 0U);
+    const std::vector<Capsule> fork = {
+        {{0, 0, 0}, {5, 0, 0}, 1, 1}, {{5, 0, 0}, {5, 8, 0}, 1, 1}, {{5, 0, 0}, {9, 0, 0}, 1, 1}};
+    EXPECT_NEAR(voxel_volume(fork, 0.25), voxel_volume({fork[2], fork[0], fork[1]}, 0.25), 1e-6);
+}
+
 TEST(Morphology, SomaRules) {
     const Morphology ball = swc("# one point\n1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n");
     EXPECT_EQ(ball.report.soma, "ball");
@@ -134,6 +180,24 @@ TEST(Morphology, BrokenFilesAreMendedAndCounted) {
     EXPECT_EQ(swc("1 3 0 0 0 2 -1\n2 3 0 0 0 2 1\n").report.zero_lengths, 1U);
     EXPECT_EQ(swc("1 3 0 0 0 2 -1\n1 3 5 0 0 2 1\n2 3 5 0 0 2 1\n").report.repeated_points, 1U);
     EXPECT_EQ(swc("1 3 0 0 0 2 -1\r\n\n# x\n2 3.0 5 0 0 2 1 extra\n").capsules.size(), 1U);
+}
+
+TEST(Morphology, ANeuriteWithoutARadiusNeverTakesTheSomas) {
+    const auto radius_at = [](const Morphology& cell, double x) {
+        return std::find_if(cell.capsules.begin(), cell.capsules.end(), [&](const Capsule& c) { return c.to.x == x; })
+            ->to_radius;
+    };
+    const Morphology child = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 -1 1\n3 3 20 0 0 1 2\n");
+    EXPECT_EQ(radius_at(child, 6), 1);
+    EXPECT_NEAR(voxel_volume(child.capsules, 0.25), 573, 3);
+    const Morphology other = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 0 1\n3 2 0 9 0 2 1\n4 2 0 20 0 0.5 3\n");
+    EXPECT_EQ(radius_at(other, 6), 0.5) << "the least of the file's neurites";
+    const Morphology type = swc("1 2 0 0 0 5 -1\n2 3 6 0 0 0 1\n3 3 9 0 0 2 2\n");
+    EXPECT_EQ(radius_at(type, 6), 2) << "a child of its type before a parent of another";
+    const Morphology nothing = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 0 1\n");
+    EXPECT_EQ(radius_at(nothing, 6), 5) << "there is no other radius";
+    const Morphology backwards = swc("1 3 20 0 0 0 2\n2 3 9 0 0 0 3\n3 3 5 0 0 2 4\n4 1 0 0 0 5 -1\n");
+    EXPECT_EQ(radius_at(backwards, 20), 2) << "children before their parents";
 }
 
 TEST(Morphology, HopelessFilesAreRefusedWithAReason) {
