@@ -39,9 +39,10 @@ std::vector<std::uint32_t> find_next(const std::vector<Capsule>& capsules, std::
     std::unordered_map<End, std::uint32_t, EndHash> starts;
     starts.reserve(capsules.size());
     for (std::uint32_t i = 0; i < capsules.size(); ++i)
-        starts.emplace(End{capsules[i].from, capsules[i].from_radius}, i);
+        if (!capsules[i].is_frustum()) starts.emplace(End{capsules[i].from, capsules[i].from_radius}, i);
     std::vector<std::uint32_t> next(capsules.size(), kNone);
     for (std::uint32_t i = 0; i < capsules.size(); ++i) {
+        if (capsules[i].is_frustum()) continue;
         const auto at = starts.find({capsules[i].to, capsules[i].to_radius});
         if (at == starts.end() || at->second == i || goes_on[at->second]) continue;
         next[i] = at->second;

@@ -32,9 +32,50 @@ void add_ball(Stretch& stretch, const Vec3& center, double radius, double y, dou
     stretch.add(center.x + std::sqrt(rest));
 }
 
+/// The same for a slice of a soma: the disc at s of the way has its centre at from + s axis.
+Stretch cut_frustum(const Capsule& slice, double y, double z) {
+    Stretch stretch;
+    const Vec3 axis = slice.to - slice.from;
+    const double height = dot(axis, slice.normal);
+    if (height == 0) return stretch;
+    const Vec3 o = Vec3{slice.from.x, y, z} - slice.from;
+    // At t along the line: s = s0 + s1 t, the distance from the disc's centre |w0 + w1 t|, its radius r0 + r1 t.
+    const double s0 = dot(o, slice.normal) / height;
+    const double s1 = slice.normal.x / height;
+    const Vec3 w0 = o - s0 * axis;
+    const Vec3 w1 = Vec3{1, 0, 0} - s1 * axis;
+    const double grow = slice.to_radius - slice.from_radius;
+    const double r0 = slice.from_radius + s0 * grow;
+    const double r1 = s1 * grow;
+    const double k2 = dot(w1, w1) - r1 * r1;
+    const double k1 = dot(w0, w1) - r0 * r1;
+    const double k0 = dot(w0, w0) - r0 * r0;
+    const auto add_root = [&](double t) {
+        const double s = s0 + s1 * t;
+        if (s >= 0 && s <= 1) stretch.add(slice.from.x + t);
+    };
+    const auto add_end = [&](double t) {
+        if ((k2 * t + 2 * k1) * t + k0 <= 0) stretch.add(slice.from.x + t);
+    };
+    if (std::abs(s1) > 1e-12) {
+        add_end(-s0 / s1);
+        add_end((1 - s0) / s1);
+    }
+    if (std::abs(k2) < 1e-12) {
+        if (k1 != 0) add_root(-k0 / (2 * k1));
+        return stretch;
+    }
+    const double h = k1 * k1 - k0 * k2;
+    if (h < 0) return stretch;
+    add_root((-std::sqrt(h) - k1) / k2);
+    add_root((std::sqrt(h) - k1) / k2);
+    return stretch;
+}
+
 /// The part of a line along x at (y, z) inside a capsule. The capsule is convex, so the hull of the part in either
 /// ball and of the points where the line crosses the cone between them is all of it.
 Stretch cut_capsule(const Capsule& capsule, double y, double z) {
+    if (capsule.is_frustum()) return cut_frustum(capsule, y, z);
     Stretch stretch;
     add_ball(stretch, capsule.from, capsule.from_radius, y, z);
     add_ball(stretch, capsule.to, capsule.to_radius, y, z);
@@ -133,8 +174,13 @@ Bounds capsule_bounds(const Capsule& capsule) {
     Bounds bounds;
     for (const auto& [center, radius] :
          {std::pair(capsule.from, capsule.from_radius), std::pair(capsule.to, capsule.to_radius)}) {
-        bounds.add(center - Vec3{radius, radius, radius});
-        bounds.add(center + Vec3{radius, radius, radius});
+        Vec3 reach = {radius, radius, radius};
+        if (capsule.is_frustum()) {
+            for (int axis = 0; axis < 3; ++axis)
+                reach[axis] *= std::sqrt(std::max(0.0, 1 - capsule.normal[axis] * capsule.normal[axis]));
+        }
+        bounds.add(center - reach);
+        bounds.add(center + reach);
     }
     return bounds;
 }

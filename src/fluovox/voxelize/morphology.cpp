@@ -1,6 +1,5 @@
 #include "fluovox/voxelize/morphology.h"
 
-#include "fluovox/core/bounds.h"
 #include "fluovox/core/error.h"
 #include "fluovox/core/text.h"
 #include "fluovox/voxelize/morphology_internal.h"
@@ -9,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 namespace fluovox {
 namespace {
@@ -105,69 +105,40 @@ void add_ball(Morphology& morphology, const Vec3& center, double radius) {
     morphology.capsules.push_back({center, center, radius, radius});
 }
 
-/// A contour in a plane as discs along its longest axis, as wide as it is there.
-void add_contour(Morphology& morphology, const std::vector<Vec3>& contour) {
-    Vec3 center;
-    for (const Vec3& p : contour)
-        center = center + p;
-    center = (1.0 / static_cast<double>(contour.size())) * center;
-    Vec3 farthest = contour.front();
-    for (const Vec3& p : contour)
-        if (length(p - center) > length(farthest - center)) farthest = p;
-    if (!(length(farthest - center) > 0)) return;
-    const Vec3 axis = normalized(farthest - center);
-    double low = 0;
-    double high = 0;
-    for (const Vec3& p : contour) {
-        low = std::min(low, dot(p - center, axis));
-        high = std::max(high, dot(p - center, axis));
-    }
-    constexpr int kDiscs = 21;
-    std::vector<Capsule> discs;
-    for (int i = 0; i < kDiscs; ++i) {
-        const double at = low + (i + 0.5) / kDiscs * (high - low);
-        Bounds across;  // crossings of the contour with the plane at `at`
-        for (std::size_t n = 0; n < contour.size(); ++n) {
-            const Vec3 a = contour[n] - center;
-            const Vec3 b = contour[(n + 1) % contour.size()] - center;
-            const double da = dot(a, axis) - at;
-            const double db = dot(b, axis) - at;
-            if ((da < 0) == (db < 0)) continue;
-            across.add(a + (da / (da - db)) * (b - a));
-        }
-        if (across.empty()) continue;
-        const double radius = length(across.size()) / 2;
-        // Balls that don't stick out at the ends.
-        const double room = std::min(at - low, high - at);
-        discs.push_back({center + across.center(), {}, std::max(std::min(radius, room), (high - low) / kDiscs / 2), 0});
-    }
-    for (std::size_t i = 1; i < discs.size(); ++i)
-        morphology.capsules.push_back(
-            {discs[i - 1].from, discs[i].from, discs[i - 1].from_radius, discs[i].from_radius});
-}
+struct SomaDrawing {
+    bool as_segments = true;     ///< its points are drawn like those of neurites
+    std::optional<Vec3> center;  ///< of a body that neurites have to reach
+};
 
-/// Somata of SWC; returns whether soma points are to be drawn as segments too.
-bool add_soma(Morphology& morphology, const MorphologyTree& tree) {
+SomaDrawing add_soma(Morphology& morphology, const MorphologyTree& tree) {
     std::vector<std::uint32_t> soma;
     for (std::uint32_t i = 0; i < tree.points.size(); ++i)
         if (tree.points[i].type == kSomaType) soma.push_back(i);
     MorphologyReport& report = morphology.report;
     report.soma_points = soma.size();
     if (!tree.soma_contours.empty()) {
-        for (const auto& contour : tree.soma_contours)
-            add_contour(morphology, contour);
-        report.soma = "contour";
-        return true;
+        morphology.capsules = soma_body(tree.soma_contours);
+        report.soma = tree.soma_contours.size() == 1 ? "contour" : "contours";
+        if (morphology.capsules.empty()) report.soma = "none (its contour has no area)";
+        return {};
     }
     if (soma.empty()) {
         report.soma = "none";
-        return true;
+        return {};
+    }
+    if (const std::vector<Vec3> outline = soma_outline(tree); !outline.empty()) {
+        morphology.capsules = soma_body({outline});
+        report.soma = "outline (" + std::to_string(outline.size()) + " thin points in a ring: taken as its contour)";
+        Vec3 center;
+        for (const Vec3& point : outline)
+            center = center + (1.0 / static_cast<double>(outline.size())) * point;
+        return {false, center};
     }
     const MorphologyPoint& first = tree.points[soma[0]];
     if (soma.size() == 1) {
         add_ball(morphology, first.position, first.radius);
         report.soma = "ball";
-        return false;
+        return {false, {}};
     }
     // NeuroMorpho.org's cylinder: two more points at one radius on either side; 2 pi r 2 r is a ball's area.
     const bool cylinder =
@@ -178,11 +149,11 @@ bool add_soma(Morphology& morphology, const MorphologyTree& tree) {
     if (cylinder) {
         add_ball(morphology, first.position, first.radius);
         report.soma = "ball (of the area of a cylinder of three points)";
-        return false;
+        return {false, {}};
     }
     report.soma =
         soma.size() == tree.points.size() ? "none (every point is typed soma: taken as neurites)" : "segments";
-    return true;
+    return {};
 }
 
 }  // namespace
@@ -198,7 +169,7 @@ Morphology build_morphology(MorphologyTree tree, const std::string& name) {
     MorphologyReport& report = morphology.report;
     report.points = tree.points.size();
     report.spines = tree.spines.size();
-    const bool draw_soma = add_soma(morphology, tree);
+    const SomaDrawing drawing = add_soma(morphology, tree);
     std::vector<std::uint32_t> children(tree.points.size(), 0);
     for (const MorphologyPoint& point : tree.points) {
         if (point.parent == kNoParent) {
@@ -210,7 +181,7 @@ Morphology build_morphology(MorphologyTree tree, const std::string& name) {
     for (std::size_t i = 0; i < tree.points.size(); ++i) {
         const MorphologyPoint& point = tree.points[i];
         const bool soma = point.type == kSomaType;
-        if (soma && !draw_soma) continue;
+        if (soma && !drawing.as_segments) continue;
         if (point.parent == kNoParent) {
             if (children[i] == 0) add_ball(morphology, point.position, point.radius);
             continue;
@@ -223,6 +194,8 @@ Morphology build_morphology(MorphologyTree tree, const std::string& name) {
         // itself.
         const bool sprouts = parent.type != point.type && parent.type >= kSomaType && parent.type <= kLastCableType;
         if (sprouts && point.type == kSpineType) ++report.spines;
+        if (sprouts && parent.type == kSomaType && drawing.center)
+            morphology.capsules.push_back({*drawing.center, parent.position, point.radius, point.radius});
         morphology.capsules.push_back(
             {parent.position, point.position, sprouts ? point.radius : parent.radius, point.radius});
     }
@@ -246,6 +219,9 @@ double capsule_volume(const Capsule& capsule) {
     const double a = capsule.from_radius;
     const double b = capsule.to_radius;
     const double distance = length(capsule.to - capsule.from);
+    if (capsule.is_frustum()) {
+        return pi * std::abs(dot(capsule.to - capsule.from, capsule.normal)) * (a * a + a * b + b * b) / 3;
+    }
     const double larger = std::max(a, b);
     if (distance <= std::abs(a - b)) return 4 * pi / 3 * larger * larger * larger;
     // Two cut balls and the frustum between the circles where the common cone touches them.

@@ -10,11 +10,15 @@
 
 namespace fluovox {
 
-/// The convex hull of two balls: one segment of a neurite, or a ball where both ends agree.
+/// The convex hull of two balls: one segment of a neurite, or a ball where both ends agree. With a normal: a slice of a
+/// soma, the hull of two discs across it.
 struct Capsule {
     Vec3 from, to;
     double from_radius = 0;
     double to_radius = 0;
+    Vec3 normal = {};  ///< of both discs, of length one; zero for balls
+
+    bool is_frustum() const { return dot(normal, normal) > 0; }
 };
 
 /// What was found in a morphology file, and mended.
@@ -45,8 +49,10 @@ bool is_morphology_file(const std::filesystem::path& file);
 /// such a file, numbers that are none, no positive radius at all.
 ///
 /// Soma: one point is a ball; three points as NeuroMorpho.org writes them (a cylinder as wide as long) are the ball of
-/// the same area; a contour is cut into discs along its longest axis; other somata are segments like the rest, also
-/// where every point is typed soma. A neurite that starts at the soma has its own radius from the soma's centre on.
+/// the same area; a contour (of ASC, or a ring of thin SWC points) is the ball of its area, or the ellipsoid of
+/// revolution of its proportions; contours on top of each other are one body that ends half a section beyond the outer
+/// ones; other somata are segments like the rest, also where every point is typed soma. A neurite that starts at the
+/// soma has its own radius from the soma's centre on.
 Morphology parse_morphology(std::string_view bytes, const std::string& extension, const std::string& name);
 
 /// Volume of one capsule.

@@ -30,6 +30,13 @@ struct MorphologyTree {
 MorphologyTree parse_swc(std::string_view bytes, const std::string& name);
 MorphologyTree parse_asc(std::string_view bytes, const std::string& name);
 
+/// Bodies of the contours: ellipsoids of single ones, and one body of a stack. Contours without an area are left out.
+std::vector<Capsule> soma_body(const std::vector<std::vector<Vec3>>& contours);
+
+/// The soma points as the contour that they are, where they are one: four at least, in one row that closes, and much
+/// thinner than what they go around. Empty otherwise.
+std::vector<Vec3> soma_outline(const MorphologyTree& tree);
+
 /// Mends a tree and makes capsules of it.
 Morphology build_morphology(MorphologyTree tree, const std::string& name);
 

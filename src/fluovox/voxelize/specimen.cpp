@@ -66,8 +66,9 @@ LoadedPart load_part(const SpecimenPart& part) {
         const double um = part.um_per_unit > 0 ? part.um_per_unit : 1;
         const double scale = length(part.placement.rows[0]);
         for (Capsule& capsule : morphology.capsules) {
+            const Vec3 turned = part.placement.apply(capsule.normal) - part.placement.shift_um;
             capsule = {part.placement.apply(um * capsule.from), part.placement.apply(um * capsule.to),
-                       um * scale * capsule.from_radius, um * scale * capsule.to_radius};
+                       um * scale * capsule.from_radius, um * scale * capsule.to_radius, (1 / scale) * turned};
         }
         loaded.capsules = std::move(morphology.capsules);
         loaded.morphology = morphology.report;
@@ -152,7 +153,8 @@ std::string damage(const std::string& name, const MorphologyReport& report) {
     // Each tree of an ASC file is a root of its own.
     const bool one_root = lower_case(std::filesystem::path(name).extension().string()) == ".swc";
     if (report.roots > 1 && one_root) add(report.roots, "roots");
-    if (report.soma.starts_with("none")) text += fmt::format("{}soma: {}", text.empty() ? "" : ", ", report.soma);
+    if (report.soma.starts_with("none") || report.soma.starts_with("outline"))
+        text += fmt::format("{}soma: {}", text.empty() ? "" : ", ", report.soma);
     return text.empty() ? text : name + ": " + text;
 }
 

@@ -2,6 +2,7 @@
 
 #include "fluovox/core/error.h"
 #include "fluovox/core/rng.h"
+#include "fluovox/voxelize/capsule_tile.h"
 #include "fluovox/voxelize/input_bytes.h"
 #include "fluovox/voxelize/voxelize.h"
 
@@ -232,6 +233,95 @@ TEST(Morphology, ReadsNeurolucidaTreesContoursAndSpines) {
     const auto wide =
         std::count_if(cell.capsules.begin(), cell.capsules.end(), [](const Capsule& c) { return c.to_radius > 2; });
     EXPECT_GT(wide, 5) << "the soma is made of discs";
+}
+
+/// A circle of the plane z, of a ball of r = 10 um, as points `x y z`.
+std::vector<Vec3> circle_of_ball(double z, int points) {
+    std::vector<Vec3> circle;
+    for (int i = 0; i < points; ++i) {
+        const double angle = 2 * pi * i / points;
+        const double r = std::sqrt(100 - z * z);
+        circle.push_back({r * std::cos(angle), r * std::sin(angle), z});
+    }
+    return circle;
+}
+
+std::string asc_contour(const std::vector<Vec3>& points) {
+    std::string text = "(\"Cell Body\" (CellBody)";
+    for (const Vec3& p : points)
+        text += " (" + std::to_string(p.x) + ' ' + std::to_string(p.y) + ' ' + std::to_string(p.z) + " 0.1)";
+    return text + ")\n";
+}
+
+Bounds box_of(const std::vector<Capsule>& capsules) {
+    Bounds box;
+    for (const Capsule& capsule : capsules)
+        box.add(capsule_bounds(capsule));
+    return box;
+}
+
+TEST(Soma, AContourIsTheBallOfItsAreaOrTheSpheroidOfItsProportions) {
+    const Morphology square = asc(asc_contour({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}}));
+    EXPECT_NEAR(voxel_volume(square.capsules, 0.25) / (4 * pi / 3 * std::pow(100 / pi, 1.5)), 1, 0.003);
+    std::vector<Vec3> ellipse = circle_of_ball(0, 100);
+    for (Vec3& p : ellipse)
+        p = {2 * p.x, 5, p.y / 2};
+    const auto body = asc(asc_contour(ellipse)).capsules;
+    EXPECT_NEAR(voxel_volume(body, 0.25) / (4 * pi / 3 * 20 * 5 * 5), 1, 0.01);
+    EXPECT_NEAR(box_of(body).max.x, 20, 0.1);
+    EXPECT_NEAR(box_of(body).min.y, 0, 0.1);
+    EXPECT_TRUE(asc(asc_contour({{0, 0, 0}, {5, 0, 0}, {9, 0, 0}}) + "((Dendrite) (0 0 0 2) (9 0 0 2))")
+                    .report.soma.starts_with("none"));
+}
+
+TEST(Soma, ContoursOnTopOfEachOtherAreOneBody) {
+    std::string text;
+    for (const double z : {4.0, -8.0, 0.0, 8.0, -4.0})
+        text += asc_contour(circle_of_ball(z, 60));
+    const Morphology cell = asc(text);
+    EXPECT_EQ(cell.report.soma, "contours");
+    EXPECT_NEAR(voxel_volume(cell.capsules, 0.25) / (4 * pi / 3 * 1000), 1, 0.02);
+    const Bounds box = box_of(cell.capsules);
+    EXPECT_NEAR(box.max.z, 10, 1e-6);
+    EXPECT_NEAR(box.min.z, -10, 1e-6);
+    EXPECT_NEAR(box.max.x, 10, 0.05);
+    // Two cells side by side stay two.
+    std::vector<Vec3> beside = circle_of_ball(0, 60);
+    for (Vec3& p : beside)
+        p = p + Vec3{50, 0, 2};
+    EXPECT_NEAR(
+        voxel_volume(asc(asc_contour(circle_of_ball(0, 60)) + asc_contour(beside)).capsules, 0.5) / (8 * pi / 3 * 1000),
+        1, 0.01);
+}
+
+TEST(Soma, SlicesHoldTheirVolumeInAnyDirection) {
+    for (const Vec3& normal : {Vec3{0, 0, 1}, Vec3{1, 0, 0}, normalized(Vec3{1, 2, -2})}) {
+        // Leaning: its discs stay across the normal.
+        const Vec3 aside = normalized(cross(normal, Vec3{0.3, 0.5, 0.9}));
+        const Capsule slice = {{1, 2, 3}, Vec3{1, 2, 3} + 5.0 * normal + 2.0 * aside, 4, 1.5, normal};
+        EXPECT_NEAR(capsule_volume(slice), 5 * pi * (16 + 6 + 2.25) / 3, 1e-9);
+        EXPECT_NEAR(voxel_volume({slice}, 0.25) / capsule_volume(slice), 1, 0.003) << normal.x;
+    }
+}
+
+TEST(Soma, ARingOfThinSwcPointsIsItsContour) {
+    std::string text;
+    int number = 0;
+    for (const Vec3& p : circle_of_ball(0, 20)) {
+        text += std::to_string(number + 1) + " 1 " + std::to_string(p.x) + ' ' + std::to_string(p.y) + " 0 0.1 " +
+                std::to_string(number == 0 ? -1 : number) + '\n';
+        ++number;
+    }
+    const Morphology ring = swc(text + "21 3 30 0 0 1 1\n");
+    EXPECT_TRUE(ring.report.soma.starts_with("outline (20 ")) << ring.report.soma;
+    const double area = 10 * 100 * std::sin(2 * pi / 20);
+    const double dendrite = pi * 20 + 2 * pi / 3;
+    EXPECT_NEAR(voxel_volume(ring.capsules, 0.25), 4 * pi / 3 * std::pow(area / pi, 1.5) + dendrite, 15);
+    // Thick points, or a row that is far from closing, are segments.
+    EXPECT_EQ(swc("1 1 0 0 0 3 -1\n2 1 5 0 0 3 1\n3 1 5 5 0 3 2\n4 1 0 5 0 3 3\n5 3 9 9 0 1 3\n").report.soma,
+              "segments");
+    EXPECT_EQ(swc("1 1 0 0 0 .1 -1\n2 1 5 0 0 .1 1\n3 1 9 4 0 .1 2\n4 1 14 4 0 .1 3\n5 3 20 9 0 1 4\n").report.soma,
+              "segments");
 }
 
 // Specimens beside the project; skipped without.
