@@ -68,7 +68,7 @@ void CollisionPaths::trace(Ray ray, double density, Rng& rng) {
         if (!hit) return;
         weight *= field_.transmittance(ray, spans_, hit->t_um, optics_, Loss::Absorption, rng)[0];
         const double scattering = field_.scattering_at(ray, hit->t_um, spans_, optics_, by_medium_, rng)[0];
-        if (field_.concentrations(ray, hit->t_um, spans_, uM_, rng))
+        if (field_.concentrations(ray, hit->t_um, spans_, concentrations_, rng))
             score(ray, hit->t_um, weight / (scattering * density), rng);
         const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(hit->medium)].phase;
         const double cosine = sample_phase_cosine(phase, rng.uniform());
@@ -81,7 +81,8 @@ void CollisionPaths::score(const Ray& ray, double t_um, double weight, Rng& rng)
     for (std::size_t m = 0; m < scene_->media.size(); ++m) {
         const int dye = scene_->media[m].dye;
         if (dye < 0) continue;
-        weights_[static_cast<std::size_t>(dye)] += uM_[m] * scene_->dyes[static_cast<std::size_t>(dye)].quantum_yield;
+        weights_[static_cast<std::size_t>(dye)] +=
+            concentrations_[m] * scene_->dyes[static_cast<std::size_t>(dye)].quantum_yield;
     }
     const auto excitation = illumination_->sample(weights_, rng);
     if (!excitation) return;

@@ -45,7 +45,7 @@ private:
     PathOptics optics_, exciting_;
     std::vector<MediumSpan> spans_, shadow_spans_;
     std::vector<Lanes> by_medium_;
-    std::vector<double> uM_, weights_, values_;
+    std::vector<double> concentrations_, weights_, values_;
 };
 
 /// Throws SceneError for scenes that these paths cannot show: dyes beside constant scattering hosts, hosts in grids,

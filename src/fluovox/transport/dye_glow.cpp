@@ -86,17 +86,15 @@ void DyeGlow::place(std::uint64_t batch, std::int64_t photons) {
         voxels += source.first.back();
     }
     Rng rng(scene_->description.render.seed, ~batch, 0);
-    const double one_in =
-        std::max(1.0, static_cast<double>(voxels) /
-                          (kPlacesPerPhoton * static_cast<double>(std::max<std::int64_t>(1, photons))));
-    const double start = rng.uniform();
+    const double wanted = kPlacesPerPhoton * static_cast<double>(std::max<std::int64_t>(1, photons));
+    const Draw draw{batch, std::max(1.0, static_cast<double>(voxels) / wanted), rng.uniform()};
     offset_ = rng.uniform();
     tbb::enumerable_thread_specific<OpticalField> fields([&] { return OpticalField(*scene_); });
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 1), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
             Block& block = blocks[i];
             for (std::size_t brick = block.first; brick < block.last; ++brick)
-                add_places(*block.source, brick, one_in, start, batch, fields.local(), block.places);
+                add_places(*block.source, brick, draw, fields.local(), block.places);
         }
     });
     places_.clear();
@@ -111,8 +109,8 @@ void DyeGlow::place(std::uint64_t batch, std::int64_t photons) {
 
 // Where the cache holds something there is a place for that; and one voxel in `one_in` gets a place for light straight
 // from the lights, which then stands for so many.
-void DyeGlow::add_places(const Source& source, std::size_t brick, double one_in, double offset, std::uint64_t batch,
-                         OpticalField& field, std::vector<Place>& places) const {
+void DyeGlow::add_places(const Source& source, std::size_t brick, const Draw& draw, OpticalField& field,
+                         std::vector<Place>& places) const {
     const auto index = static_cast<std::size_t>(&source - sources_.data());
     std::vector<MediumSpan> spans;
     Cell cell{brick, 0, source.first[brick]};
@@ -120,10 +118,10 @@ void DyeGlow::add_places(const Source& source, std::size_t brick, double one_in,
         for (std::uint64_t left = mask_word(*source.lattice, brick, word); left != 0; left &= left - 1, ++cell.number) {
             cell.in_brick = static_cast<int>(word) * 64 + std::countr_zero(left);
             const double cached = cache_->absorbed_per_s(source.medium, brick, cell.in_brick);
-            const double begin = static_cast<double>(cell.number) / one_in + offset;
-            const bool straight = std::floor(begin) != std::floor(begin + 1 / one_in);
+            const double begin = static_cast<double>(cell.number) / draw.one_in + draw.offset;
+            const bool straight = std::floor(begin) != std::floor(begin + 1 / draw.one_in);
             if (!straight && !(cached > 0)) continue;
-            Rng rng(scene_->description.render.seed, ~batch,
+            Rng rng(scene_->description.render.seed, ~draw.batch,
                     static_cast<std::uint64_t>(cell.number) << 8U | (index + 1));
             if (cached > 0) places.push_back(cached_place(source, cell, cached, rng));
             if (!straight) continue;
@@ -133,7 +131,7 @@ void DyeGlow::add_places(const Source& source, std::size_t brick, double one_in,
             place.absorbed_per_s = -1;
             place.uM = dye_uM(*scene_, source.medium, place.position);
             if (!(place.uM > 0)) continue;
-            place.volume_um3 = source.volume_um3 * one_in;
+            place.volume_um3 = source.volume_um3 * draw.one_in;
             place.likely = use_of(source, place.position, rng) * place.uM * place.volume_um3 *
                            likely_direct(source, place.position, field, spans);
             if (place.likely > 0) places.push_back(place);

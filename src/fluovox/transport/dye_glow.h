@@ -70,8 +70,14 @@ private:
         std::int64_t number = 0;  // of all voxels of the source
     };
 
-    void add_places(const Source& source, std::size_t brick, double one_in, double offset, std::uint64_t batch,
-                    OpticalField& field, std::vector<Place>& places) const;
+    // How a batch draws its places.
+    struct Draw {
+        std::uint64_t batch = 0;
+        double one_in = 1;  // voxels that a place straight from the lights stands for
+        double offset = 0;  // of the first of them
+    };
+    void add_places(const Source& source, std::size_t brick, const Draw& draw, OpticalField& field,
+                    std::vector<Place>& places) const;
     Place cached_place(const Source& source, const Cell& cell, double absorbed_per_s, Rng& rng) const;
     static Vec3 position_in(const Source& source, const Cell& cell, Rng& rng);
     double use_of(const Source& source, Vec3 position_um, Rng& rng) const;

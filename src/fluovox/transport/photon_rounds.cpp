@@ -27,7 +27,8 @@ PhotonRounds::~PhotonRounds() = default;
 void PhotonRounds::trace(std::int64_t photons, Progress& progress, CameraSink::Order order,
                          const std::function<void(Worker&, std::int64_t)>& trace,
                          const std::function<void(std::span<const Splat>)>& add) {
-    constexpr std::int64_t kBatch = 1000, kRound = 64;
+    constexpr std::int64_t kBatch = 1000;
+    constexpr std::int64_t kRound = 64;
     std::vector<Splats> batches(kRound);
     for (std::int64_t round = 0; round < photons && !progress.stopped(); round += kBatch * kRound) {
         tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, kRound, 1), [&](const auto& range) {

@@ -3,6 +3,7 @@
 #include "fluovox/core/rng.h"
 #include "fluovox/medium/phase_function.h"
 #include "fluovox/scene/scene.h"
+#include "fluovox/transport/absorbed_share.h"
 #include "fluovox/transport/direction_lobes.h"
 #include "fluovox/transport/photon.h"
 #include "fluovox/transport/photon_media.h"
@@ -93,7 +94,8 @@ private:
     // Tentative collisions with the medium of a grid along a ray.
     struct GridEvents {
         int medium;
-        double rate_per_bound, least_rate;
+        double rate_per_bound;
+        double least_rate;
         MajorantWalk walk;
         MajorantWalk::Segment segment;
         double rate = 0;  // on the segment, per um
@@ -131,18 +133,10 @@ private:
                 cut(photon, sink);
                 return;
             }
-            constexpr double kSmall = 0.1, kSurvival = 0.2;
+            constexpr double kSmall = 0.1;
+            constexpr double kSurvival = 0.2;
             if (worth(photon, sink) < kSmall * photon.start_weight) thin_out(photon, kSurvival, rng, sink);
         }
-    }
-
-    // 1 - exp(-depth), without the cost of expm1 where a few terms of its series are as exact.
-    static double absorbed_share(double depth) {
-        if (depth > 0.03) return -std::expm1(-depth);
-        constexpr double kHalf = 1.0 / 2, kThird = 1.0 / 3, kFourth = 1.0 / 4, kFifth = 1.0 / 5, kSixth = 1.0 / 6,
-                         kSeventh = 1.0 / 7;
-        const double inner = 1 - depth * kFourth * (1 - depth * kFifth * (1 - depth * kSixth * (1 - depth * kSeventh)));
-        return depth * (1 - depth * kHalf * (1 - depth * kThird * inner));
     }
 
     // Unit length again after rounding: Newton's step from there, without a root.
@@ -261,7 +255,7 @@ private:
     // A tentative collision: absorbs its share; true when the rest scatters (or nothing is left).
     bool collide(Photon& photon, GridEvents& events, double t, Rng& rng, Sink& sink) {
         const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(events.medium)].grid;
-        const double value = static_cast<double>(grid.tap(events.walk.index_at(t), rng.coarse_uniforms()));
+        const auto value = static_cast<double>(grid.tap(events.walk.index_at(t), rng.coarse_uniforms()));
         if (value > events.segment.bound) ++bound_violations_;
         const double rate = events.rate;
         events.advance(rng);

@@ -1,5 +1,7 @@
 #include "fluovox/transport/voxel_tally.h"
 
+#include "fluovox/transport/absorbed_share.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -93,12 +95,6 @@ void march(const CellBox& box, const Ray& ray, Interval span, const Visit& visit
         // Rounding at a face may leave a last sliver outside.
         if (cell[axis] < box.first[axis] || cell[axis] >= box.first[axis] + box.count[axis]) return;
     }
-}
-
-/// 1 - exp(-depth), without the cost of expm1 where a few terms of its series are as exact.
-double absorbed_share(double depth) {
-    if (depth > 0.01) return -std::expm1(-depth);
-    return depth * (1 - depth / 2 * (1 - depth / 3 * (1 - depth / 4 * (1 - depth / 5))));
 }
 
 }  // namespace
