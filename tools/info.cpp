@@ -24,8 +24,21 @@ Json vector_json(const Vec3& v) {
     return {v.x, v.y, v.z};
 }
 
+Json bounds_json(const Bounds& bounds) {
+    if (bounds.empty()) return nullptr;
+    return {{"min", vector_json(bounds.min)}, {"max", vector_json(bounds.max)}};
+}
+
 Json grid_json(const GridInfo& grid) {
     Json json = {{"name", grid.entry.name}, {"value_type", grid.entry.value_type}, {"half", grid.entry.half}};
+    if (grid.labels) {
+        json["labels"] = grid.labels->labels;
+        json["largest_label"] = grid.labels->largest;
+        json["voxel_size_um"] = vector_json(grid.voxel_size_um);
+        json["active_voxels"] = grid.active_voxels;
+        json["bbox_um"] = bounds_json(grid.bbox_um);
+        json["memory_bytes"] = grid.memory_bytes;
+    }
     if (!grid.entry.readable) return json;
     json["dye"] = grid.metadata.dye;
     json["value_unit"] = grid.metadata.value_unit;
@@ -36,10 +49,7 @@ Json grid_json(const GridInfo& grid) {
     json["fluovox_version"] = grid.metadata.fluovox_version;
     json["voxel_size_um"] = vector_json(grid.voxel_size_um);
     json["active_voxels"] = grid.active_voxels;
-    json["bbox_um"] = nullptr;
-    if (!grid.bbox_um.empty()) {
-        json["bbox_um"] = {{"min", vector_json(grid.bbox_um.min)}, {"max", vector_json(grid.bbox_um.max)}};
-    }
+    json["bbox_um"] = bounds_json(grid.bbox_um);
     json["min"] = grid.min;
     json["mean"] = grid.mean;
     json["max"] = grid.max;
@@ -55,27 +65,35 @@ Vec3 without_rounding(Vec3 position, const Vec3& voxel) {
     return position;
 }
 
+void print_extent(const GridInfo& grid) {
+    const Vec3& voxel = grid.voxel_size_um;
+    fmt::print("  voxel size    {:g} x {:g} x {:g} um\n", voxel.x, voxel.y, voxel.z);
+    fmt::print("  active voxels {}\n", grid.active_voxels);
+    if (grid.bbox_um.empty()) return;
+    const Vec3 low = without_rounding(grid.bbox_um.min, voxel);
+    const Vec3 high = without_rounding(grid.bbox_um.max, voxel);
+    fmt::print("  bounding box  [{:g}, {:g}, {:g}] to [{:g}, {:g}, {:g}] um\n", low.x, low.y, low.z, high.x, high.y,
+               high.z);
+}
+
 void print_grid(const GridInfo& grid) {
     fmt::print("{}\n", grid.entry.name.empty() ? "(no name)" : grid.entry.name);
     if (!grid.entry.readable) {
         const bool whole = grid.entry.value_type.starts_with("int");
         fmt::print("  values        {} ({})\n", grid.entry.value_type,
                    whole ? "whole numbers such as labels, no concentration" : "not a grid that fluovox reads");
+        if (!grid.labels) return;
+        fmt::print("  labels        {}, the largest {}\n", grid.labels->labels, grid.labels->largest);
+        print_extent(grid);
         return;
     }
     const auto or_unknown = [](const std::string& text) { return text.empty() ? std::string("(not said)") : text; };
     const std::string unit = grid.metadata.value_unit;
-    const Vec3& voxel = grid.voxel_size_um;
     fmt::print("  dye           {}\n", or_unknown(grid.metadata.dye));
     fmt::print("  values        {}{}, {}, in {}\n", grid.entry.value_type, grid.entry.half ? " (16 bit)" : "",
                grid.grid_class, or_unknown(unit));
-    fmt::print("  voxel size    {:g} x {:g} x {:g} um\n", voxel.x, voxel.y, voxel.z);
-    fmt::print("  active voxels {}\n", grid.active_voxels);
+    print_extent(grid);
     if (!grid.bbox_um.empty()) {
-        const Vec3 low = without_rounding(grid.bbox_um.min, voxel);
-        const Vec3 high = without_rounding(grid.bbox_um.max, voxel);
-        fmt::print("  bounding box  [{:g}, {:g}, {:g}] to [{:g}, {:g}, {:g}] um\n", low.x, low.y, low.z, high.x, high.y,
-                   high.z);
         if (grid.grid_class == "level set") {
             fmt::print("  distances     {:.6g} to {:.6g}; voxelize --from-levelset makes a concentration of them\n",
                        grid.min, grid.max);

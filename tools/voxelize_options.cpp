@@ -259,7 +259,9 @@ CommandLine voxelize_command_line() {
         "where meshes of one dye with different concentrations overlap: max, sum, first, last");
     add("bbox", po::value<std::string>()->value_name("BOX"),
         "X0,Y0,Z0,X1,Y1,Z1: only this part, and what --resolution means");
-    add("clip", po::value<std::string>()->value_name("BOX"), "X0,Y0,Z0,X1,Y1,Z1: only this part");
+    add("clip", po::value<std::string>()->value_name("BOX"),
+        "X0,Y0,Z0,X1,Y1,Z1: only this part, with the covered share of voxels at its faces; of a segmentation: voxels "
+        "whose centres are in it");
     add("padding", po::value<std::string>()->value_name("LENGTH"), "makes the box larger on every side");
     add("label", po::value<std::vector<std::string>>()->composing()->value_name("N=DYE:CONC"),
         "of a segmentation: which labels are which dye: 17=EGFP:5uM, or 1,4,10-19=EGFP:5uM; as often as needed");
@@ -463,8 +465,7 @@ std::optional<std::string> segmentation_file(const CommandLine& line) {
 bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments, VoxelizeRequest& request) {
     if (!line.parse(arguments)) return false;
     const auto& values = line.values();
-    const bool levelset = values.count("from-levelset") != 0;
-    const bool circuit = values.count("circuit") != 0;
+    const bool levelset = values.count("from-levelset") != 0, circuit = values.count("circuit") != 0;
     if (values.count("mesh") == 0 && !levelset && !circuit) line.fail("which mesh?");
     if (values.count("mesh") != 0 && circuit) line.fail("--circuit names all meshes itself");
     if (values.count("output") == 0) line.fail("where to? add -o OUT.vdb");

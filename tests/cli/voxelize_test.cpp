@@ -210,7 +210,11 @@ TEST_F(VoxelizeCommand, ACircuitPlacesScalesAndLabelsItsCells) {
         run({"voxelize", "--circuit", "cells.csv", "-o", "c.vdb", "--voxel-size", "1um", "--labels"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_TRUE(found("EGFP 64 voxels, .*; DAPI 512 voxels, .*; labels 576 voxels", result.out)) << result.out;
-    EXPECT_TRUE(found("labels\n  values +int32 \\(whole numbers such as labels", run({"info", "c.vdb"}).out));
+    EXPECT_TRUE(
+        found("labels\n  values +int32 \\(whole numbers such as labels[^\n]*\n  labels +2, the largest 9\n"
+              "[\\s\\S]*bounding box  \\[0, 0, 0\\] to \\[20, 8, 8\\] um",
+              run({"info", "c.vdb"}).out))
+        << run({"info", "c.vdb"}).out;
     // turned by 90 degrees about z: from x 0..8 to -8..0, then moved by 20
     EXPECT_TRUE(found("\\[12, 0, 0\\] to \\[20, 8, 8\\] um", run({"info", "c.vdb"}).out)) << run({"info", "c.vdb"}).out;
     write("bad.csv", "file,x\nsmall.obj,zero\n");
@@ -270,6 +274,28 @@ TEST_F(VoxelizeCommand, SixteenBitsAreRefusedWhereTheyCannotHoldTheConcentration
         {"what they hold", with("EGFP=65mM"), 0, ""},
     });
     EXPECT_TRUE(found("max 64992 ", run({"info", "h.vdb"}).out)) << run({"info", "h.vdb"}).out;
+}
+
+TEST_F(VoxelizeCommand, AClipBetweenVoxelsKeepsTheAmountInItsBox) {
+    // 3.1 x 2 x 0.2 um3 of 5 umol/L: faces within voxels, and both within one
+    const ProgramResult result = run({"voxelize", "box.obj", "-o", "a.vdb", "--dye", "EGFP=5uM", "--voxel-size",
+                                      "0.3um", "--clip", "0.5um,1um,10.25um,3.6um,3um,10.45um", "--report", "r.json"});
+    EXPECT_TRUE(found(" 6\\.2e-21 mol| 6\\.2000[0-9]*e-21", result.out)) << result.out << result.err;
+    EXPECT_TRUE(found("\"volume_um3\": 1\\.(2400|23999)", read("r.json"))) << read("r.json");
+}
+
+TEST_F(VoxelizeCommand, RoundingLeavesNoVoxelsBesideMeshesOfOneDye) {
+    const std::string half =
+        "v 0.1 0.1 0.1\nv 1.1 0.1 0.1\nv 0.1 1.1 0.1\nv 1.1 1.1 0.1\nv 0.1 0.1 1.1\n"
+        "v 1.1 0.1 1.1\nv 0.1 1.1 1.1\nv 1.1 1.1 1.1\n";
+    const std::string box = box_obj(1, 1, 1);
+    write("a.obj", half + box.substr(box.find("f ")));
+    write("b.obj", box);
+    const ProgramResult result =
+        run({"voxelize", "a.obj", "b.obj", "-o", "a.vdb", "--dye", "EGFP=5uM", "--voxel-size", "0.1um"});
+    EXPECT_TRUE(found("EGFP 1271 voxels", result.out)) << result.out;  // 2 x 1000 - 729
+    EXPECT_TRUE(found("\\[0, 0, 0\\] to \\[1.1, 1.1, 1.1\\] um", run({"info", "a.vdb"}).out))
+        << run({"info", "a.vdb"}).out;
 }
 
 TEST_F(VoxelizeCommand, ACircuitSaysWhatIsWrongWithItsTable) {

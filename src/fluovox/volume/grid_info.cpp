@@ -1,5 +1,6 @@
 #include "fluovox/volume/grid_info.h"
 
+#include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
 
 #include <tbb/blocked_range.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 
 namespace fluovox {
 namespace {
@@ -75,7 +77,8 @@ double concentration_scale(const std::string& unit) {
     return 1;
 }
 
-Bounds active_bounds_um(const openvdb::FloatGrid& grid, double um) {
+template <class Grid>
+Bounds active_bounds_um(const Grid& grid, double um) {
     openvdb::CoordBBox box;
     Bounds bounds;
     if (!grid.tree().evalActiveVoxelBoundingBox(box)) return bounds;
@@ -86,6 +89,41 @@ Bounds active_bounds_um(const openvdb::FloatGrid& grid, double um) {
         bounds.add(um * to_vec3(grid.indexToWorld(index)));
     }
     return bounds;
+}
+
+template <class Grid>
+void inspect_labels(const Grid& grid, GridInfo& info) {
+    info.metadata = grid_metadata(grid);
+    const double um = length_scale(info.metadata.length_unit);
+    info.voxel_size_um = um * to_vec3(grid.voxelSize());
+    info.bbox_um = active_bounds_um(grid, um);
+    info.memory_bytes = grid.memUsage();
+    info.active_voxels = grid.activeVoxelCount();
+    LabelStatistics found;
+    std::unordered_set<std::int64_t> labels;
+    std::int64_t last = 0;  // neighbours mostly have the same
+    for (auto at = grid.cbeginValueOn(); at; ++at) {
+        const std::int64_t label = *at;
+        if (label == 0 || label == last) continue;
+        last = label;
+        found.largest = labels.empty() ? label : std::max(found.largest, label);
+        labels.insert(label);
+    }
+    found.labels = labels.size();
+    info.labels = found;
+}
+
+/// Nothing where the grid is none of whole numbers.
+void inspect_labels(const std::filesystem::path& file, const std::string& name, GridInfo& info) {
+    try {
+        openvdb::io::File in(file.string());
+        in.open();
+        const auto grid = in.readGrid(name);
+        if (const auto small = openvdb::gridPtrCast<openvdb::Int32Grid>(grid)) inspect_labels(*small, info);
+        if (const auto large = openvdb::gridPtrCast<openvdb::Int64Grid>(grid)) inspect_labels(*large, info);
+    } catch (const openvdb::Exception& e) {
+        throw InputError(file.string() + ": grid \"" + name + "\" cannot be read: " + e.what());
+    }
 }
 
 }  // namespace
@@ -117,6 +155,7 @@ std::vector<GridInfo> inspect_grids(const std::filesystem::path& file) {
     for (const GridEntry& entry : list_grids(file)) {
         GridInfo info;
         if (entry.readable) info = inspect_grid(*load_any_float_grid(file, entry.name));
+        if (entry.value_type.starts_with("int")) inspect_labels(file, entry.name, info);
         info.entry = entry;
         infos.push_back(std::move(info));
     }

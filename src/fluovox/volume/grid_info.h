@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,12 @@ struct GridEntry {
     bool readable = false;   ///< a float grid of the usual tree, which fluovox can read
 };
 
+/// What a grid of whole numbers owns up to: which objects there are.
+struct LabelStatistics {
+    std::uint64_t labels = 0;  ///< different numbers other than 0
+    std::int64_t largest = 0;
+};
+
 /// A grid with its statistics, as `fluovox info` prints it. Lengths and amounts assume the metadata's units,
 /// and um and umol/L where the file is silent.
 struct GridInfo {
@@ -40,13 +47,16 @@ struct GridInfo {
     double min = 0, mean = 0, max = 0;  ///< over the active voxels, in the grid's own unit
     double total_mol = 0;               ///< amount of substance: sum of value times voxel volume
     std::uint64_t memory_bytes = 0;
+    /// Of a grid of labels; its voxel size, active voxels, bounding box and memory are then known as well.
+    std::optional<LabelStatistics> labels;
 };
 
 /// The grids of a VDB file, in the order of the file. Throws InputError when it is missing, empty, truncated or no
 /// VDB file at all.
 std::vector<GridEntry> list_grids(const std::filesystem::path& file);
 
-/// Statistics of every readable grid of a file; the others have only their `entry`. Throws InputError.
+/// Statistics of every readable grid of a file and of those of labels; the others have only their `entry`. Throws
+/// InputError.
 std::vector<GridInfo> inspect_grids(const std::filesystem::path& file);
 
 }  // namespace fluovox

@@ -181,7 +181,9 @@ void add_ringed_cap(Mesh& mesh, BoundaryLoop ring, const Vec3& center) {
     add_cap(mesh, ring, center);
 }
 
-void add_caps(SolidMesh& solid, const EdgeUses& uses, std::vector<std::uint32_t>& component) {
+/// `uneven`: of each component, whether one of its caps is a guess.
+void add_caps(SolidMesh& solid, const EdgeUses& uses, std::vector<std::uint32_t>& component,
+              std::vector<std::uint8_t>& uneven) {
     Mesh& mesh = solid.mesh;
     std::vector<std::uint32_t> loop_components;
     const auto loops = boundary_loops(mesh, component, uses, loop_components);
@@ -200,10 +202,11 @@ void add_caps(SolidMesh& solid, const EdgeUses& uses, std::vector<std::uint32_t>
         center = (1.0 / static_cast<double>(loop.size())) * center;
         const bool sure = snap_to_box(corners, box, center) || is_flat(corners, center);
         ++solid.report.holes;
-        if (!sure) ++solid.report.uneven_holes;
         if (sure) {
             add_cap(mesh, loop, center);
         } else {
+            ++solid.report.uneven_holes;
+            uneven[loop_components[n]] = 1;
             add_ringed_cap(mesh, loop, center);
         }
         solid.cap_is_sure.resize(mesh.triangles.size() - solid.first_cap, static_cast<std::uint8_t>(sure));
@@ -262,7 +265,7 @@ std::vector<Part> measure_parts(const Mesh& mesh, const std::vector<std::uint32_
 
 /// Turns parts that face inwards though nothing encloses them, and what lies inside them.
 void face_outwards(SolidMesh& solid, const std::vector<std::uint32_t>& component,
-                   const std::vector<std::uint32_t>& firsts) {
+                   const std::vector<std::uint32_t>& firsts, const std::vector<std::uint8_t>& uneven) {
     Mesh& mesh = solid.mesh;
     const auto parts = measure_parts(mesh, component, firsts);
     if (std::none_of(parts.begin(), parts.end(), [](const Part& p) { return p.volume < 0; })) return;
@@ -278,6 +281,7 @@ void face_outwards(SolidMesh& solid, const std::vector<std::uint32_t>& component
         // Inside something that is itself inside out: the whole nest is turned.
         turn[i] = static_cast<std::uint8_t>(around[i] < 0 || (around[i] == 0 && parts[i].volume < 0));
         if (turn[i] != 0) ++solid.report.flipped_components;
+        if (turn[i] != 0 && uneven[i] != 0) ++solid.report.guessed_components;
         if (turn[i] != (parts[i].volume < 0 ? 1 : 0)) ++solid.report.cavities;
     }
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -304,8 +308,9 @@ SolidMesh make_solid(const Mesh& mesh) {
     const std::vector<std::uint32_t> firsts = number_components(solid.mesh, uses, component);
     report.components = firsts.size();
     solid.first_cap = solid.mesh.triangles.size();
-    add_caps(solid, uses, component);
-    face_outwards(solid, component, firsts);
+    std::vector<std::uint8_t> uneven(firsts.size(), 0);
+    add_caps(solid, uses, component, uneven);
+    face_outwards(solid, component, firsts, uneven);
     report.volume_um3 = signed_volume(solid.mesh);
     return solid;
 }

@@ -20,6 +20,7 @@ struct MeshReport {
     std::size_t components = 0;            ///< connected by edges
     std::size_t flipped_triangles = 0;     ///< turned to agree with most of their neighbours
     std::size_t flipped_components = 0;    ///< turned inside out as a whole
+    std::size_t guessed_components = 0;    ///< of these, those with uneven holes: where outside is was a guess
     std::size_t cavities = 0;              ///< components that face inwards, inside another; kept
     std::size_t holes = 0;                 ///< loops of boundary that were capped
     std::size_t uneven_holes = 0;          ///< those among them whose cap is a guess; the winding number decides there

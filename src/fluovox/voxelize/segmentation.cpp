@@ -281,7 +281,7 @@ SpecimenResult voxelize_segmentation(const Segmentation& segmentation, const Spe
         }
         std::sort(report.parts.begin(), report.parts.end(),
                   [](const PartReport& a, const PartReport& b) { return a.segment->label < b.segment->label; });
-        report.voxels.winding_um3 = report.voxels.volume_um3;
+        report.voxels.capped_um3 = report.voxels.volume_um3;
         result.groups.push_back(std::move(report));
     }
     return result;

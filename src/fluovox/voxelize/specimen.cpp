@@ -137,6 +137,7 @@ std::string damage(const std::string& name, const MeshReport& mesh) {
     add(mesh.holes, "holes capped");
     add(mesh.flipped_triangles, "triangles turned");
     add(mesh.flipped_components, "components turned inside out");
+    add(mesh.guessed_components, "open components were turned by a guess, on which the amount depends");
     return text.empty() ? text : name + ": " + text;
 }
 
@@ -165,9 +166,25 @@ void require_plausible(const GroupReport& report) {
         volume += part.mesh.volume_um3;
     constexpr double kTolerance = 0.05;
     if (volume == 0) return;
-    if (std::abs(report.voxels.winding_um3 - volume) <= kTolerance * std::abs(volume)) return;
+    if (std::abs(report.voxels.capped_um3 - volume) <= kTolerance * std::abs(volume)) return;
     throw InputError(fmt::format("{}: the voxels hold {:g} um3 and the meshes {:g} um3: the result would be wrong",
-                                 report.parts.front().name, report.voxels.winding_um3, volume));
+                                 report.parts.front().name, report.voxels.capped_um3, volume));
+}
+
+/// What to say of open meshes that hold another volume than their caps say; empty when they don't.
+std::string doubt_volume(const GroupReport& report) {
+    double volume = 0;
+    std::size_t open_edges = 0;
+    for (const PartReport& part : report.parts) {
+        volume += part.mesh.volume_um3;
+        open_edges += part.mesh.boundary_edges;
+    }
+    constexpr double kTolerance = 0.05;
+    if (open_edges == 0 || std::abs(report.voxels.volume_um3 - volume) <= kTolerance * std::abs(volume)) return {};
+    return fmt::format(
+        "{}: the voxels hold {:.6g} um3, the mesh with its holes capped {:.6g} um3: the amount of dye depends on how "
+        "its holes are closed (--inside), or parts of it overlap",
+        report.parts.front().name, report.voxels.volume_um3, volume);
 }
 
 using Clock = std::chrono::steady_clock;
@@ -214,7 +231,7 @@ void join(openvdb::FloatGrid& into, openvdb::FloatGrid& from, OverlapRule rule) 
 
 void add_voxels(VoxelizeReport& all, const VoxelizeReport& more) {
     all.volume_um3 += more.volume_um3;
-    all.winding_um3 += more.winding_um3;
+    all.capped_um3 += more.capped_um3;
     all.voxels += more.voxels;
     all.decided_by_winding += more.decided_by_winding;
     all.merged_points += more.merged_points;
@@ -334,6 +351,10 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
             if (!text.empty()) result.remarks.push_back(text);
             // Files of one kind share their unit, so one of them stands for all.
             if (!part.unit_doubt.empty() && doubts++ == 0) result.remarks.push_back(part.unit_doubt);
+        }
+        if (settings.shell_um == 0 && !settings.voxels.clip_um && !filled.report.parts.front().morphology) {
+            const std::string doubt = doubt_volume(filled.report);
+            if (!doubt.empty()) result.remarks.push_back(doubt);
         }
         if (filled.report.voxels.caps_only) {
             result.remarks.push_back(group.parts.front().name +

@@ -206,8 +206,13 @@ public:
         for (const auto& block : result.blocks) {
             auto* const leaf = new Leaf(origin(block.x, task), 0.0F, false);  // NOLINT: the tree takes it
             const BlockValues& values = result.values[block.values];
+            // What rounding leaves beside a surface is no voxel of it; a speck far smaller than a voxel is.
+            constexpr float kNothing = 1e-12F;
+            constexpr float kNothingBesideOthers = 1e-6F;
+            const float least =
+                std::max(kNothing, kNothingBesideOthers * *std::max_element(values.begin(), values.end()));
             for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
-                if (!(values[i] > 0)) continue;
+                if (!(values[i] > least)) continue;
                 leaf->setValueOn(i, static_cast<float>(settings_.value * static_cast<double>(values[i])));
             }
             leaves.push_back(leaf);
@@ -252,14 +257,55 @@ private:
         return {lattice_.corner[0] + kBlockSide * x, lattice_.corner[1] + kBlockSide * task.y,
                 lattice_.corner[2] + kBlockSide * task.z};
     }
+    /// Voxels that a face of the box cuts keep the share of them that is inside.
     void clip() {
-        const double dx = settings_.voxel_size_um;
+        // So that a face on the lattice is on it whatever the rounding.
+        constexpr double kOnLattice = 1e-6;
+        constexpr double kFar = 1 << 30;
         openvdb::CoordBBox box;
+        std::array<std::array<double, 2>, 3> share{};
         for (int axis = 0; axis < 3; ++axis) {
-            box.min()[axis] = static_cast<int>(std::ceil(settings_.clip_um->min[axis] / dx - 0.5));
-            box.max()[axis] = static_cast<int>(std::floor(settings_.clip_um->max[axis] / dx - 0.5));
+            const double low = std::clamp(settings_.clip_um->min[axis] / settings_.voxel_size_um, -kFar, kFar);
+            const double high = std::clamp(settings_.clip_um->max[axis] / settings_.voxel_size_um, -kFar, kFar);
+            box.min()[axis] = static_cast<int>(std::floor(low + kOnLattice));
+            box.max()[axis] = std::max(box.min()[axis], static_cast<int>(std::ceil(high - kOnLattice)) - 1);
+            const bool one = box.min()[axis] == box.max()[axis];
+            const auto i = static_cast<std::size_t>(axis);
+            share[i] = {one ? high - low : box.min()[axis] + 1 - low, one ? 1 : high - box.max()[axis]};
         }
         grid_->clip(box);
+        openvdb::CoordBBox filled;
+        if (!tree_.tree().evalActiveVoxelBoundingBox(filled)) return;
+        for (int axis = 0; axis < 3; ++axis) {
+            for (std::size_t side = 0; side < 2; ++side) {
+                const double kept = share[static_cast<std::size_t>(axis)][side];
+                if (kept > 1 - kOnLattice) continue;
+                openvdb::CoordBBox slab = filled;
+                slab.min()[axis] = slab.max()[axis] = side == 0 ? box.min()[axis] : box.max()[axis];
+                if (slab.min()[axis] >= filled.min()[axis] && slab.max()[axis] <= filled.max()[axis])
+                    scale(slab, static_cast<float>(kept));
+            }
+        }
+    }
+    /// Multiplies the voxels of a slab, block by block, as most of it is empty.
+    void scale(const openvdb::CoordBBox& slab, float factor) {
+        const auto blocks = [](const openvdb::Coord& voxel) {
+            return openvdb::Coord(voxel.x() & ~(kBlockSide - 1), voxel.y() & ~(kBlockSide - 1),
+                                  voxel.z() & ~(kBlockSide - 1));
+        };
+        const openvdb::Coord first = blocks(slab.min());
+        openvdb::tree::ValueAccessor<openvdb::FloatTree> tree(grid_->tree());
+        for (int x = first.x(); x <= slab.max().x(); x += kBlockSide) {
+            for (int y = first.y(); y <= slab.max().y(); y += kBlockSide) {
+                for (int z = first.z(); z <= slab.max().z(); z += kBlockSide) {
+                    const openvdb::Coord origin(x, y, z);
+                    if (tree.probeConstLeaf(origin) == nullptr && !tree.isValueOn(origin)) continue;
+                    Leaf* const leaf = tree.touchLeaf(origin);
+                    for (auto voxel = leaf->beginValueOn(); voxel; ++voxel)
+                        if (slab.isInside(voxel.getCoord())) voxel.setValue(*voxel * factor);
+                }
+            }
+        }
     }
 
     Lattice lattice_;
@@ -349,7 +395,7 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
         for (const FilledTile& tile : tiles) {
             filler.add(tile.task, tile.result, tile.leaves);
             report.volume_um3 += tile.result.volume * voxel_um3;
-            report.winding_um3 += tile.result.winding_volume * voxel_um3;
+            report.capped_um3 += tile.result.winding_volume * voxel_um3;
             report.decided_by_winding += tile.result.decided_by_winding;
             flood.add(tile.task, tile.result);
         }
@@ -362,7 +408,8 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
     if (settings.inside == InsideRule::Flood && !progress.stopped()) filler.add(flood.enclosed());
     auto grid = filler.finish();
     report.voxels = grid->activeVoxelCount();
-    if (settings.inside == InsideRule::Flood) report.volume_um3 = voxel_um3 * filled_voxels(*grid) / settings.value;
+    if (settings.inside == InsideRule::Flood || settings.clip_um)
+        report.volume_um3 = voxel_um3 * filled_voxels(*grid) / settings.value;
     if (report.voxels == 0 && !progress.stopped()) {
         throw InputError(settings.clip_um
                              ? "nothing of it is inside the box of --bbox or --clip: the grid would be empty"

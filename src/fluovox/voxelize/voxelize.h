@@ -24,13 +24,14 @@ struct VoxelizeSettings {
     double voxel_size_um = 0;
     double value = 1;  ///< of a voxel wholly inside: the concentration
     InsideRule inside = InsideRule::Auto;
-    std::optional<Bounds> clip_um;  ///< voxels whose centre is outside stay empty
+    std::optional<Bounds> clip_um;  ///< only this part; voxels at its faces keep the share of them that is inside
     double max_bytes = 8.0 * (1LL << 30);
 };
 
 struct VoxelizeReport {
-    double volume_um3 = 0;                 ///< inside, by the voxels' fractions
-    double winding_um3 = 0;                ///< integral of the winding number: overlapping parts count twice
+    double volume_um3 = 0;  ///< inside, by the voxels' fractions
+    /// Of the surface with all its holes capped, as the voxels see it: overlapping parts count twice. Before any clip.
+    double capped_um3 = 0;
     std::uint64_t voxels = 0;              ///< with anything inside
     std::uint64_t decided_by_winding = 0;  ///< of these, by the winding number
     std::uint64_t merged_points = 0;       ///< of morphologies: ends of segments merged as one does for two
@@ -55,7 +56,7 @@ VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const Voxe
                                 Progress& progress);
 
 /// Fills a layer of `thickness_um` along the surfaces (half of it on either side; caps of holes stay free), each voxel
-/// by the fraction of it that the layer takes. The report's `winding_um3` is area times thickness.
+/// by the fraction of it that the layer takes. The report's `capped_um3` is area times thickness.
 VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickness_um,
                              const VoxelizeSettings& settings, Progress& progress);
 

@@ -63,7 +63,7 @@ TEST(Voxelize, OverlappingBoxesAreAUnionAndNotASum) {
     const double truth = 1000 + 9.5 * 8.7 * 8.8 - shared;
     const Filled filled = fill(two, 0.5);
     expect_volume("two overlapping boxes", filled.voxels.volume_um3, truth, 0.002);
-    EXPECT_NEAR(filled.voxels.winding_um3, truth + shared, 1e-6);
+    EXPECT_NEAR(filled.voxels.capped_um3, truth + shared, 1e-6);
     EXPECT_EQ(filled.grid.max, 1);
 }
 
