@@ -187,5 +187,12 @@ TEST_F(VoxelizeInput, AGltfFindsTheFileBesideIt) {
     });
 }
 
+TEST_F(VoxelizeInput, ASheetWithoutAnInsideIsRefused) {
+    write("sheet.obj",
+          "v 0 0 0\nv 10 0 0\nv 10 10 0\nv 0 10 0\nv 0 0 10\nv 10 0 10\nv 0 10 10\nf 1 2 6 5\nf 1 5 7 4\n");
+    expect_rows(
+        {CommandRow{"two quads", with({"sheet.obj", "--voxel-size", "0.5um"}), 4, "too open to have an inside"}});
+}
+
 }  // namespace
 }  // namespace fluovox::testing

@@ -415,6 +415,11 @@ VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings
                              ? "nothing of it is inside the box of --bbox or --clip: the grid would be empty"
                              : "nothing is inside the surface: the grid would be empty");
     }
+    if (!std::isfinite(report.volume_um3) && !progress.stopped()) {
+        throw InputError(
+            "the surface is too open to have an inside: its volume is not a number; close it, or fill a layer along "
+            "it with --shell");
+    }
     return {DyeGrid(std::make_shared<DyeGrid::Impl>(DyeGrid::Impl{grid})), report};
 }
 
