@@ -70,6 +70,12 @@ bool CommandLine::parse(const std::vector<std::string>& arguments) try {
     fail(e.what());
 }
 
+std::int64_t CommandLine::at_least(const char* option, std::int64_t least) const {
+    const auto value = values_[option].as<std::int64_t>();
+    if (value < least) fail(std::string("--") + option + " must be " + std::to_string(least) + " or more");
+    return value;
+}
+
 // A slip of the hand must not replace a mesh by its voxels.
 void CommandLine::keep_inputs() const {
     static constexpr std::array kOutputs = {"output", "report", "preview", "plot", "p-values"};

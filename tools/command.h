@@ -53,6 +53,8 @@ public:
     const CommonOptions& common() const { return common_; }
     /// The options in the order they were typed, for those whose order matters (`--dye` follows its mesh).
     const std::vector<po::option>& in_order() const { return in_order_; }
+    /// The value of an option declared as std::int64_t and given. Throws UsageError when it is below `least`.
+    std::int64_t at_least(const char* option, std::int64_t least) const;
     /// The usage line, for messages.
     const std::string& usage() const { return usage_; }
 

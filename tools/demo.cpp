@@ -68,11 +68,10 @@ ExitCode run_demo(const std::vector<std::string>& arguments) {
     std::string name;
     std::string folder;
     std::string voxel_size;
-    std::uint64_t seed = 0;
     auto add = line.options().add_options();
     add("name", po::value(&name)->value_name("NAME"), "the specimen (also as the first argument)");
     add("output,o", po::value(&folder)->value_name("FOLDER"), "where to write; made if missing");
-    add("seed", po::value(&seed)->value_name("N"), "grows another neuron");
+    add("seed", po::value<std::int64_t>()->value_name("N"), "grows another neuron");
     add("voxel-size", po::value(&voxel_size)->value_name("LEN"), "of the grid, with its unit: 0.5um");
     line.positional("name", 1);
     if (!line.parse(arguments)) return ExitCode::Ok;
@@ -81,7 +80,7 @@ ExitCode run_demo(const std::vector<std::string>& arguments) {
         return ExitCode::Ok;
     }
     DemoSettings settings;
-    if (line.values().count("seed") > 0) settings.seed = seed;
+    if (line.values().count("seed") > 0) settings.seed = static_cast<std::uint64_t>(line.at_least("seed", 0));
     if (!voxel_size.empty()) settings.voxel_size_um = parse_voxel_size(line, voxel_size);
     find_specimen(name);
     if (folder.empty()) line.fail("where to? Add -o FOLDER");

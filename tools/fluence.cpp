@@ -138,8 +138,7 @@ FluenceSettings settings_of(const CommandLine& line) {
 std::vector<std::string> overrides(const CommandLine& line) {
     std::vector<std::string> keys;
     if (line.values().count("set") > 0) keys = line.values()["set"].as<std::vector<std::string>>();
-    if (line.values().count("seed") > 0)
-        keys.push_back(fmt::format("render.seed={}", line.values()["seed"].as<std::uint64_t>()));
+    if (line.values().count("seed") > 0) keys.push_back(fmt::format("render.seed={}", line.at_least("seed", 0)));
     return keys;
 }
 
@@ -154,7 +153,7 @@ void add_options(CommandLine& line) {
     add("voxel-size", text("LENGTH"), "of the grids; without it they have the voxels of the dyes that have grids");
     add("angle-bins", text("N"), "escaped light also by its angle to the face's normal, in N even bins of 0 to 90 deg");
     add("max-bytes", text("N"), "limit for the grids' memory (default 4e9)");
-    add("seed", po::value<std::uint64_t>()->value_name("N"), "instead of render.seed");
+    add("seed", po::value<std::int64_t>()->value_name("N"), "instead of render.seed");
     add("set", po::value<std::vector<std::string>>()->value_name("KEY=VALUE"), "override a key of the scene file");
     line.positional("scene", 1);
 }

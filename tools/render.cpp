@@ -39,9 +39,8 @@ std::vector<std::string> overrides(const CommandLine& line) {
     std::vector<std::string> keys;
     if (line.values().count("set") > 0) keys = line.values()["set"].as<std::vector<std::string>>();
     if (line.values().count("samples") > 0)
-        keys.push_back(fmt::format("render.samples={}", line.values()["samples"].as<int>()));
-    if (line.values().count("seed") > 0)
-        keys.push_back(fmt::format("render.seed={}", line.values()["seed"].as<std::uint64_t>()));
+        keys.push_back(fmt::format("render.samples={}", line.at_least("samples", 1)));
+    if (line.values().count("seed") > 0) keys.push_back(fmt::format("render.seed={}", line.at_least("seed", 0)));
     return keys;
 }
 
@@ -120,8 +119,8 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     add("scene", po::value<std::string>()->value_name("SCENE.toml"), "the scene file (also without the option's name)");
     add("output,o", po::value<std::string>()->value_name("OUT.exr"),
         "the image or stack; a preview OUT.png is written beside it");
-    add("samples", po::value<int>()->value_name("N"), "samples per pixel, instead of render.samples");
-    add("seed", po::value<std::uint64_t>()->value_name("N"), "instead of render.seed");
+    add("samples", po::value<std::int64_t>()->value_name("N"), "samples per pixel, instead of render.samples");
+    add("seed", po::value<std::int64_t>()->value_name("N"), "instead of render.seed");
     add("set", po::value<std::vector<std::string>>()->value_name("KEY=VALUE"), "override a key of the scene file");
     add("tracking", po::value<std::string>()->value_name("KIND"),
         "fast (default), or plain: one bound for each grid and look-ups from its root, slower; the same "

@@ -144,7 +144,7 @@ ExitCode run_sensor(const std::vector<std::string>& arguments) {
     add("output,o", po::value<std::string>()->value_name("NOISY.ome.tif"), "the counts; .ome.zarr likewise");
     add("camera", po::value<std::string>()->value_name("NAME|FILE"), "a preset (scmos, emccd, ideal) or a TOML file");
     add("exposure", po::value<std::string>()->value_name("TIME"), "instead of the camera file's or the stack's: 20ms");
-    add("seed", po::value<std::uint64_t>()->default_value(1)->value_name("N"),
+    add("seed", po::value<std::int64_t>()->default_value(1)->value_name("N"),
         "of the noise: another one, another image");
     add("format", po::value<std::string>()->value_name("NAME"), "ome-tiff, imagej or ome-zarr (default: by the name)");
     line.positional("stack", 1);
@@ -159,7 +159,7 @@ ExitCode run_sensor(const std::vector<std::string>& arguments) {
 
     StackFile stack(line.values()["stack"].as<std::string>());
     const Camera camera = choose_camera(line, stack.info());
-    const auto seed = line.values()["seed"].as<std::uint64_t>();
+    const auto seed = static_cast<std::uint64_t>(line.at_least("seed", 0));
     StackInfo info = info_of_counts(stack.info(), camera, seed);
     Exposure exposure(stack, camera, seed);
     const PlaneSource source = [&](int plane, int channel, std::span<float> values) {

@@ -95,6 +95,8 @@ DyeChoice choose_dye(const CommandLine& line, const std::string& text, const std
     } else {
         throw Error(ExitCode::Scene, text + ": " + unknown_dye_message(name));
     }
+    constexpr double kImpossible_uM = 1e9;
+    if (choice.concentration_uM > kImpossible_uM) line.fail(text + ": the concentration is denser than any matter");
     constexpr double kAbsurd_uM = 1e5;
     if (choice.concentration_uM > kAbsurd_uM) {
         remarks.push_back(

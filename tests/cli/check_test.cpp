@@ -100,6 +100,11 @@ TEST_F(CheckTest, MistakesInTheSceneNamePlaceCauseAndCure) {
                 "^scene5\\.toml:7:14: error: medium\\.1\\.anisotropy = 1 is out of range: it must lie from -1 to 1"),
         mistake("negative concentration", "\"10 uM\"", "\"-10 uM\"", 3,
                 "^scene6\\.toml:3:17: error: medium\\.0\\.concentration = \"-10 uM\" must be 0 or more"),
+        mistake("impossible concentration", "\"10 uM\"", "\"1e300 M\"", 3,
+                "medium\\.0\\.concentration = \"1e300 M\" is denser than any matter"),
+        mistake("impossible coefficient", "\"20 /mm\"", "\"1e300 /mm\"", 3,
+                "medium\\.1\\.scattering = \"1e300 /mm\" is more than matter can do: it must be 1000 /um or less"),
+        mistake("a part of a pixel", "[64, 32]", "[64, 32.5]", 3, "camera\\.resolution\\.1 = 32\\.5 must be a whole"),
         mistake("negative coefficient", "\"20 /mm\"", "\"-20 /mm\"", 3,
                 "medium\\.1\\.scattering = \"-20 /mm\" must be 0 or more"),
         mistake("reversed band", "\"620 nm\"", "\"420 nm\"", 3,
@@ -107,12 +112,12 @@ TEST_F(CheckTest, MistakesInTheSceneNamePlaceCauseAndCure) {
         mistake("film larger than memory", "[64, 32]", "[900000, 900000]", 3,
                 "camera\\.resolution = \\[900000, 900000\\] .*larger than the memory.*take fewer pixels"),
         mistake("negative resolution", "[64, 32]", "[64, -32]", 3,
-                "^scene10\\.toml:20:19: error: camera\\.resolution\\.1 = -32 must be 1 or more"),
+                "^scene13\\.toml:20:19: error: camera\\.resolution\\.1 = -32 must be 1 or more"),
         mistake("no bins", "bins = 28", "bins = 0", 3, "film\\.spectrum\\.bins = 0 must be 1 or more"),
         mistake("no direction", "[1, 0, 0]", "[0, 0, 0]", 3, "light\\.0\\.direction = \\[0, 0, 0\\] has no direction"),
-        mistake("a dye file that is absent", "\"EGFP\"", "\"mine.toml\"", 4, "scene13\\.toml:2:17: .*mine\\.toml"),
+        mistake("a dye file that is absent", "\"EGFP\"", "\"mine.toml\"", 4, "scene16\\.toml:2:17: .*mine\\.toml"),
         mistake("a lamp file that is absent", "wavelength = \"488 nm\"", "spectrum = { file = \"lamp.csv\" }", 4,
-                "scene14\\.toml:11:21: light\\.0\\.spectrum\\.file: .*lamp\\.csv"),
+                "scene17\\.toml:11:21: light\\.0\\.spectrum\\.file: .*lamp\\.csv"),
     });
 }
 
@@ -156,12 +161,17 @@ TEST_F(CheckTest, FilesThatAreNoScenesAreRefused) {
                                       18));
     write("zeros.toml", std::string(5000, '\0'));
     write("deep.toml", "x = " + std::string(100'000, '['));
+    std::string dots;
+    for (int i = 0; i < 50'000; ++i)
+        dots += "a.";
+    write("dots.toml", dots + "a = 1\n");
     write("large.toml", std::string((std::size_t{16} << 20) + 1, '\n'));
     expect_rows({
         {"empty", {"check", "empty.toml"}, 3, "^empty\\.toml:1:1: error: camera is missing", "^$"},
         {"cut off", {"check", "cut.toml"}, 3, "^cut\\.toml:22:[0-9]+: error: not a scene: ", "^$"},
         {"binary", {"check", "garbage.toml"}, 3, "^garbage\\.toml:1:[0-9]+: error: not a scene: ", "^$"},
         {"zeros", {"check", "zeros.toml"}, 3, "^zeros\\.toml:1:[0-9]+: error: not a scene: ", "^$"},
+        {"a key without end", {"check", "dots.toml"}, 3, "^dots\\.toml:1:1: error: .*more than 256 dots", "^$"},
         {"nested without end", {"check", "deep.toml"}, 3, "^deep\\.toml:1:[0-9]+: error: not a scene: ", "^$"},
         {"huge", {"check", "large.toml"}, 3, "^large\\.toml: error: is larger than 16 MiB", "^$"},
         {"absent", {"check", "absent.toml"}, 4, "absent\\.toml: cannot be read: No such file", "^$"},

@@ -114,6 +114,31 @@ TEST_F(RenderTest, WarnsOfWhatMayBeAMistake) {
     });
 }
 
+TEST_F(RenderTest, EmptyAndImpossibleGridsAreTold) {
+    write("box.off", "OFF\n4 4 0\n0 0 0\n90 0 0\n0 90 0\n0 0 90\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    const auto made = run({"voxelize", "box.off", "-o", "box.vdb", "--dye", "EGFP=5uM", "--voxel-size", "5um"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    const std::string region = kScene.substr(kScene.find("concentration"),
+                                             kScene.find("[[medium]]\nscattering") - kScene.find("concentration"));
+    write_changed("empty.toml", region, "grid = { file = \"box.vdb\", scale = 0 }\n");
+    write_changed("dense.toml", region, "grid = { file = \"box.vdb\", scale = 1e12 }\n");
+    write_changed("endless.toml", region, "grid = { file = \"box.vdb\", scale = 1e300 }\n");
+    std::vector<CommandRow> rows = {
+        {"denser than matter", {"render", "dense.toml", "-o", "d.exr"}, 4, "box.vdb: .*5e\\+06 mol/L, denser than any"},
+        {"beyond numbers",
+         {"render", "endless.toml", "-o", "e.exr"},
+         4,
+         "box.vdb: .*no finite number, denser than any"},
+    };
+    for (const char* estimator : {"path", "light", "cached"}) {
+        rows.push_back({std::string("an empty grid, estimator ") + estimator,
+                        {"render", "empty.toml", "-o", "a.exr", "--set", std::string("render.estimator=") + estimator},
+                        0,
+                        "warning: the image has no fluorescence\nwarning: EGFP: its grid is empty"});
+    }
+    expect_rows(rows);
+}
+
 TEST_F(RenderTest, RefusesWhatThePathEstimatorCannotSample) {
     write_changed("pencil.toml", "radius     = \"50 um\"", "radius     = \"0 um\"");
     write_changed("facing.toml", "position   = [\"-1 mm\", \"0 um\", \"0 um\"]\ndirection  = [1, 0, 0]",
@@ -149,7 +174,14 @@ TEST_F(RenderTest, OutputTroubleLosesNothing) {
         {"another format", {"render", "scene.toml", "-o", "a.jpg"}, 2, "OpenEXR"},
         {"no scene named", {"render", "-o", "a.exr"}, 2, "which scene"},
         {"a scene that is not there", {"render", "gone.toml", "-o", "a.exr"}, 4, "gone.toml"},
-        {"bad samples", {"render", "scene.toml", "-o", "a.exr", "--samples", "0"}, 3, "samples"},
+        {"no samples",
+         {"render", "scene.toml", "-o", "a.exr", "--samples", "0"},
+         2,
+         "--samples must be 1 or more\nUsage: fluovox render"},
+        {"a negative seed",
+         {"render", "scene.toml", "-o", "a.exr", "--seed", "-1"},
+         2,
+         "--seed must be 0 or more\nUsage: fluovox render"},
     });
     const auto full = run({"render", "scene.toml", "-o", "old.exr"}, {60, 1000});
     EXPECT_EQ(full.exit_code, 5) << full.err;

@@ -126,6 +126,21 @@ TEST(Majorants, AreNoneWhereThereIsNothing) {
     EXPECT_TRUE(grid.has_directory());
 }
 
+TEST(Majorants, AGridOfZerosHasNoneAndABareBackgroundOne) {
+    const SparseGrid zeros = SparseGrid::from_function({0, 0, 0}, {20, 20, 20}, {}, [](Voxel) { return 0.0; });
+    const SparseGrid everywhere = SparseGridBuilder(0.5F).finish({}, 0);
+    for (const Ray& ray : {Ray{{-50, 3.5, 3.5}, {1, 0, 0}}, Ray{{1, 2, 3}, {0.6, 0, -0.8}}}) {
+        MajorantWalk::Segment segment;
+        EXPECT_FALSE(MajorantWalk(zeros, ray, {0, 1000}).next(segment));
+        MajorantWalk walk(everywhere, ray, {0, 1000});
+        ASSERT_TRUE(walk.next(segment));
+        EXPECT_EQ(segment.begin, 0);
+        EXPECT_EQ(segment.end, 1000);
+        EXPECT_EQ(segment.bound, 0.5);
+        EXPECT_FALSE(walk.next(segment));
+    }
+}
+
 // Integral of the trilinear field by small steps through each segment, against the same without the segments.
 TEST(Majorants, LoseNoAmountOfDye) {
     Rng rng(12, 0, 0);

@@ -23,15 +23,12 @@ struct DimensionInfo {
     std::span<const Unit> units;  // the first is the own unit
 };
 
-constexpr std::array kLengths = {Unit{"um", 1},  Unit{"nm", 1e-3},   Unit{"mm", 1e3},   Unit{"cm", 1e4},
-                                 Unit{"m", 1e6}, Unit{"\u00b5m", 1}, Unit{"\u03bcm", 1}};
-constexpr std::array kWavelengths = {Unit{"nm", 1}, Unit{"um", 1e3}, Unit{"\u00b5m", 1e3}, Unit{"\u03bcm", 1e3},
-                                     Unit{"mm", 1e6}};
+constexpr std::array kLengths = {Unit{"um", 1}, Unit{"nm", 1e-3}, Unit{"mm", 1e3}, Unit{"cm", 1e4}, Unit{"m", 1e6}};
+constexpr std::array kWavelengths = {Unit{"nm", 1}, Unit{"um", 1e3}, Unit{"mm", 1e6}};
 constexpr std::array kPowers = {Unit{"W", 1}, Unit{"mW", 1e-3}, Unit{"uW", 1e-6}, Unit{"nW", 1e-9}};
-constexpr std::array kConcentrations = {Unit{"uM", 1},        Unit{"pM", 1e-6},    Unit{"nM", 1e-3},
-                                        Unit{"mM", 1e3},      Unit{"M", 1e6},      Unit{"umol/L", 1},
-                                        Unit{"mol/L", 1e6},   Unit{"mmol/L", 1e3}, Unit{"nmol/L", 1e-3},
-                                        Unit{"pmol/L", 1e-6}, Unit{"\u00b5M", 1},  Unit{"\u03bcM", 1}};
+constexpr std::array kConcentrations = {
+    Unit{"uM", 1},     Unit{"pM", 1e-6},   Unit{"nM", 1e-3},    Unit{"mM", 1e3},      Unit{"M", 1e6},
+    Unit{"umol/L", 1}, Unit{"mol/L", 1e6}, Unit{"mmol/L", 1e3}, Unit{"nmol/L", 1e-3}, Unit{"pmol/L", 1e-6}};
 constexpr std::array kCoefficients = {Unit{"/um", 1},   Unit{"/mm", 1e-3},   Unit{"/cm", 1e-4},  Unit{"/m", 1e-6},
                                       Unit{"um^-1", 1}, Unit{"mm^-1", 1e-3}, Unit{"cm^-1", 1e-4}};
 constexpr std::array kExtinctions = {Unit{"/M/cm", 1}};
@@ -69,6 +66,15 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
+// The micro sign and the Greek letter are both written for u.
+std::string with_plain_micro(std::string_view unit) {
+    std::string plain(unit);
+    for (const std::string_view micro : {"\u00b5", "\u03bc"}) {
+        if (const auto at = plain.find(micro); at != std::string::npos) plain.replace(at, micro.size(), "u");
+    }
+    return plain;
+}
+
 // What dimension a unit belongs to, for "that is a power".
 std::string_view dimension_of_unit(std::string_view unit) {
     for (const auto other : {Dimension::Length, Dimension::Power, Dimension::Concentration, Dimension::PerLength,
@@ -88,7 +94,6 @@ std::string with_article(std::string_view noun) {
 std::string unit_list(const DimensionInfo& about, const std::string& separator) {
     std::string names;
     for (const Unit& unit : about.units) {
-        if (static_cast<unsigned char>(unit.name.front()) >= 0x80) continue;
         names += (names.empty() ? "" : separator) + std::string(unit.name);
     }
     return names;
@@ -106,17 +111,20 @@ double parse_quantity(std::string_view text, Dimension dimension) {
         throw std::invalid_argument(fmt::format("\"{}\" is not {}, for example \"{}\"", text, with_article(about.name),
                                                 example_quantity(dimension, 5)));
     }
-    const std::string_view unit = trimmed({end, static_cast<std::size_t>(digits.data() + digits.size() - end)});
-    if (unit.empty()) {
+    const std::string_view rest = trimmed({end, static_cast<std::size_t>(digits.data() + digits.size() - end)});
+    if (rest.empty()) {
         throw std::invalid_argument(
             fmt::format("{} needs a unit, for example \"{}\"", body, example_quantity(dimension, number)));
     }
+    const std::string unit = with_plain_micro(rest);
     for (const Unit& known : about.units) {
-        if (known.name == unit) return number * known.size;
+        if (known.name != unit) continue;
+        if (std::isfinite(number * known.size)) return number * known.size;
+        throw std::invalid_argument(fmt::format("\"{}\" is too large", body));
     }
     const std::string_view other = dimension_of_unit(unit);
     const std::string what =
-        other.empty() ? fmt::format("\"{}\" is not a unit of {}", unit, about.name)
+        other.empty() ? fmt::format("\"{}\" is not a unit of {}", rest, about.name)
                       : fmt::format("\"{}\" is {}, not {}", body, with_article(other), with_article(about.name));
     throw std::invalid_argument(what + " (its units: " + unit_list(about, " ") + ")");
 }

@@ -74,6 +74,19 @@ std::string printable(std::string_view text) {
     return result;
 }
 
+int line_of_deep_key(std::string_view toml) {
+    constexpr std::string_view kEndsKey = "\n=,[]{}";
+    int line = 1;
+    std::size_t dots = 0;
+    for (const char c : toml) {
+        if (c == '.' && ++dots > kDeepestKey) return line;
+        if (kEndsKey.find(c) == std::string_view::npos) continue;
+        dots = 0;
+        if (c == '\n') ++line;
+    }
+    return 0;
+}
+
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     // Three rows of the usual table: distances of the beginnings of `a` one and two letters shorter, and this one.
     std::vector<std::size_t> before(b.size() + 1);

@@ -17,6 +17,12 @@ std::string lower_case(std::string_view text);
 /// `text` as a terminal may show it: bytes that are no printable UTF-8 become `\x1b`; line breaks and tabs stay.
 std::string printable(std::string_view text);
 
+/// The most dots that a key of a TOML file may have: its parser calls itself for each.
+inline constexpr std::size_t kDeepestKey = 256;
+
+/// The first line of a TOML file with a key of more dots than that (or something alike); 0 when there is none.
+int line_of_deep_key(std::string_view toml);
+
 /// Least number of insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`,
 /// without regard to ASCII case (Damerau's distance, restricted: no piece is edited twice).
 std::size_t edit_distance(std::string_view a, std::string_view b);

@@ -101,6 +101,8 @@ private:
 };
 
 toml::table parse_toml(std::string_view text, const std::string& file) try {
+    if (const int line = line_of_deep_key(text); line > 0)
+        throw SceneError({file, line, 1}, "a key with more than 256 dots");
     return toml::parse(text, file);
 } catch (const toml::parse_error& e) {
     const auto& begin = e.source().begin;

@@ -26,11 +26,12 @@ constexpr std::array kAliases = {
     Alias{"rfp", "dsred", "\"RFP\" is taken as DsRed (emission peak 583 nm)"},
 };
 
-/// What counts of a name: letters and digits in lower case, and "Alexa Fluor" is "Alexa".
+/// What counts of a name: letters (all that are not ASCII too) and digits in lower case, and "Alexa Fluor" is "Alexa".
 std::string plain_name(std::string_view name) {
     std::string plain;
     for (const char c : lower_case(name)) {
-        if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) plain += c;
+        const bool is_ascii = static_cast<unsigned char>(c) < 0x80;
+        if (!is_ascii || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) plain += c;
     }
     constexpr std::string_view kLong = "alexafluor";
     if (plain.rfind(kLong, 0) == 0) plain.replace(0, kLong.size(), "alexa");

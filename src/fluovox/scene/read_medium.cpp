@@ -113,8 +113,10 @@ void read_dye_medium(const SceneTable& table, MediumDescription& medium, ReadCon
         table.fail("concentration",
                    "is missing: a dye in a region needs one, for example "
                    "\"10 uM\"");
-    medium.concentration_uM = table.quantity("concentration", Dimension::Concentration, NumberRange::not_negative());
     constexpr double kAbsurd_uM = 1e5;
+    constexpr double kImpossible_uM = 1e9;  // denser than any matter
+    medium.concentration_uM = table.quantity("concentration", Dimension::Concentration, NumberRange::not_negative());
+    if (medium.concentration_uM > kImpossible_uM) table.fail("concentration", "is denser than any matter");
     if (medium.concentration_uM > kAbsurd_uM) {
         context.warnings.push_back(
             fmt::format("{} = \"{}\" is more than 0.1 mol/L, which dyes hardly reach: is the unit right?",
@@ -169,6 +171,13 @@ std::string read_name(const SceneTable& table) {
     return name;
 }
 
+double read_per_um(const SceneTable& table, std::string_view key) {
+    constexpr double kImpossible_per_um = 1000;  // once in a nanometre, the size of a molecule
+    const double per_um = table.quantity(key, Dimension::PerLength, NumberRange::not_negative());
+    if (per_um > kImpossible_per_um) table.fail(key, "is more than matter can do: it must be 1000 /um or less");
+    return per_um;
+}
+
 }  // namespace
 
 Region read_region(const SceneTable& medium) {
@@ -195,7 +204,7 @@ Region read_region(const SceneTable& medium) {
 
 Coefficient read_coefficient(const SceneTable& medium, std::string_view key, const ReadContext& context) {
     if (!medium.has(key)) return 0.0;
-    if (!medium.is_table(key)) return medium.quantity(key, Dimension::PerLength, NumberRange::not_negative());
+    if (!medium.is_table(key)) return read_per_um(medium, key);
     const SceneTable table = medium.table(key);
     if (table.has("file")) {
         table.allow_only({"file", "unit"});
@@ -205,7 +214,7 @@ Coefficient read_coefficient(const SceneTable& medium, std::string_view key, con
     }
     table.allow_only({"at", "value", "exponent", "file", "unit"});
     return PowerLaw{.at_nm = table.quantity("at", Dimension::Wavelength, kWavelengthRange_nm),
-                    .value_per_um = table.quantity("value", Dimension::PerLength, NumberRange::not_negative()),
+                    .value_per_um = read_per_um(table, "value"),
                     .exponent = table.number("exponent", {.min = -20, .max = 20})};
 }
 

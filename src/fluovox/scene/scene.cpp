@@ -15,7 +15,8 @@
 namespace fluovox {
 namespace {
 
-constexpr double kAbsurd_uM = 1e5;  // 0.1 mol/L: no fluorescent dye dissolves like that
+constexpr double kAbsurd_uM = 1e5;      // 0.1 mol/L: no fluorescent dye dissolves like that
+constexpr double kImpossible_uM = 1e9;  // denser than any matter
 
 int index_of_dye(Scene& scene, const Dye& dye) {
     for (std::size_t i = 0; i < scene.dyes.size(); ++i) {
@@ -55,7 +56,7 @@ public:
                              reference.um_per_length}];
         if (grid) return grid;
         const auto units = [&](const GridMetadata& metadata) {
-            const std::string place = reference.file.string() + ": grid \"" + name + '"';
+            const std::string place = place_of(reference, name);
             GridScale scale{reference.scale, 1};
             if (is_dye) {
                 scale.value *= reference.uM_per_value ? *reference.uM_per_value
@@ -66,10 +67,22 @@ public:
             return scale;
         };
         grid = std::make_shared<const SparseGrid>(SparseGrid::load(reference.file, name, units));
+        if (is_dye && !(grid->max() <= kImpossible_uM)) {
+            const std::string most =
+                std::isfinite(grid->max()) ? fmt::format("{:.3g} mol/L", grid->max() * 1e-6) : "no finite number";
+            throw InputError(fmt::format(
+                "{}: its largest concentration is {}, denser than any matter; give its unit (grid.unit) or a smaller "
+                "grid.scale",
+                place_of(reference, name), most));
+        }
         return grid;
     }
 
 private:
+    static std::string place_of(const GridReference& reference, const std::string& name) {
+        return name.empty() ? reference.file.string() : reference.file.string() + ": grid \"" + name + '"';
+    }
+
     using Key = std::tuple<std::string, std::string, bool, double, std::optional<double>, std::optional<double>>;
     std::map<Key, std::shared_ptr<const SparseGrid>> grids_;
 };

@@ -1,5 +1,7 @@
 #include "fluovox/scene/toml_document.h"
 
+#include "fluovox/core/text.h"
+
 #include <fmt/format.h>
 
 #include <charconv>
@@ -97,6 +99,8 @@ std::string shown(const toml::node& value) {
 }
 
 TomlDocument parse_toml(const std::string& text, const std::string& file) try {
+    if (const int line = line_of_deep_key(text); line > 0)
+        throw SceneError({file, line, 1}, "not a scene: a key with more than 256 dots");
     return {toml::parse(text, file), file, {}};
 } catch (const toml::parse_error& e) {
     const toml::source_position at = e.source().begin;
@@ -111,6 +115,7 @@ void apply_override(TomlDocument& document, const std::string& option) {
     }
     const std::string path = option.substr(0, equals);
     std::vector<std::string> steps = split_path(path);
+    if (steps.size() > kDeepestKey) fail_override(option, "the key has too many dots");
     const std::string last = steps.back();
     steps.pop_back();
     toml::node* parent = &document.root;

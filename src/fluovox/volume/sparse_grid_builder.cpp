@@ -275,6 +275,7 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
 }
 
 void SparseGridBuilder::set_occupied_box(SparseGrid& grid) const {
+    if (cells_.empty()) return;  // a box without an inside
     grid.occupied_min_ = {kMost, kMost, kMost};
     grid.occupied_max_ = {-kMost, -kMost, -kMost};
     for (const Cell& cell : cells_) {

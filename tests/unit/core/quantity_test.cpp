@@ -29,7 +29,17 @@ TEST(Quantity, ReadsEveryUnitIntoTheDimensionsOwn) {
     EXPECT_DOUBLE_EQ(parse_quantity("24.2 /cm", Dimension::PerLength), 24.2e-4);
     EXPECT_DOUBLE_EQ(parse_quantity("55900 /M/cm", Dimension::Extinction), 55900);
     EXPECT_DOUBLE_EQ(parse_quantity("180 deg", Dimension::Angle), std::numbers::pi);
-    EXPECT_DOUBLE_EQ(parse_quantity("0.25 \u00b5m", Dimension::Length), 0.25);
+}
+
+TEST(Quantity, TheMicroSignAndTheGreekLetterStandForU) {
+    for (const std::string mu : {"\u00b5", "\u03bc"}) {
+        EXPECT_DOUBLE_EQ(parse_quantity("0.25 " + mu + "m", Dimension::Length), 0.25);
+        EXPECT_DOUBLE_EQ(parse_quantity("5 " + mu + "W", Dimension::Power), 5e-6);
+        EXPECT_DOUBLE_EQ(parse_quantity("5 " + mu + "M", Dimension::Concentration), 5);
+        EXPECT_DOUBLE_EQ(parse_quantity("2 " + mu + "mol/L", Dimension::Concentration), 2);
+        EXPECT_DOUBLE_EQ(parse_quantity("2 /" + mu + "m", Dimension::PerLength), 2);
+        EXPECT_DOUBLE_EQ(parse_quantity("3 " + mu + "s", Dimension::Time), 3e-6);
+    }
 }
 
 TEST(Quantity, SaysWhatIsWrongAndHowToMendIt) {
@@ -39,6 +49,7 @@ TEST(Quantity, SaysWhatIsWrongAndHowToMendIt) {
     EXPECT_NE(complaint("nan um", Dimension::Length), "no complaint");
     EXPECT_NE(complaint("", Dimension::Power), "no complaint");
     EXPECT_NE(complaint("5 parsec", Dimension::Length), "no complaint");
+    EXPECT_EQ(complaint("1e308 m", Dimension::Length), "\"1e308 m\" is too large");
 }
 
 TEST(Quantity, FormatReadsBackExactly) {

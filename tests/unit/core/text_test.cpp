@@ -20,6 +20,18 @@ TEST(Text, EditDistanceCountsEveryKindOfSlipOnce) {
     EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
 }
 
+TEST(Text, KeysOfManyDotsAreFound) {
+    std::string dots;
+    for (int i = 0; i < 300; ++i)
+        dots += "a.";
+    EXPECT_EQ(line_of_deep_key("x = 1\n" + dots + "b = 2\n"), 2);
+    EXPECT_EQ(line_of_deep_key("[" + dots + "b]"), 1);
+    std::string many = "x = [";
+    for (int i = 0; i < 300; ++i)
+        many += "0.5, ";
+    EXPECT_EQ(line_of_deep_key("title = \"1.5 um ...\"\n" + many + "]"), 0);
+}
+
 TEST(Text, ClosestNamesAreBestFirstAndOnlyPlausibleOnes) {
     const Names keys = {"position", "direction", "power", "width", "waist", "wavelength"};
     EXPECT_EQ(closest_names("wiast", keys), (Names{"waist"}));

@@ -58,6 +58,7 @@ TEST(DyeLibrary, NamesMatchWithoutCaseSpacesAndDashes) {
 
 TEST(DyeLibrary, GfpAndRfpStandForTheNearestDyesAndSaySo) {
     EXPECT_EQ(find_dye("GFP")->dye.id, "egfp");
+    EXPECT_FALSE(find_dye("\u00c9GFP").has_value());
     EXPECT_NE(find_dye("gfp")->remark.find("489/508 nm"), std::string::npos);
     EXPECT_EQ(find_dye("RFP")->dye.id, "dsred");
     EXPECT_NE(find_dye("RFP")->remark.find("583 nm"), std::string::npos);
