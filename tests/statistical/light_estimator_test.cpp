@@ -140,6 +140,37 @@ TEST(LightEstimator, ShowsCollimatedLightThatShinesIntoTheCamera) {
     EXPECT_NEAR(collected, 1e-3, 1e-9);
 }
 
+// Out of focus a photon reaches many pixels.
+TEST(LightEstimator, KnowsTheErrorOfItsWholeImage) {
+    constexpr int kRuns = 150;
+    for (const char* estimator : {"light", "cached"}) {
+        testing::RunningMean mean;
+        double claimed = 0;
+        double apart = 0;
+        for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+            Scene scene = lit_box(thick_sheet(), 0.5);
+            scene.description.camera.focus_um = 20;
+            scene.description.camera.width = scene.description.camera.height = 16;
+            scene.description.render.photons = 320;
+            scene.description.render.cache_voxel_um = 20;
+            scene.description.render.seed = seed;
+            const Film film = image(std::move(scene), estimator, 4);
+            const int layer = film.layer(kFluorescenceLayer);
+            double sum = 0;
+            for (int pixel = 0; pixel < film.pixels(); ++pixel) {
+                sum += film.mean_of_all(layer, pixel) / film.pixels();
+                apart += film.variance_of_mean_of_all(layer, pixel) / film.pixels() / film.pixels() / kRuns;
+            }
+            mean.add(sum);
+            claimed += film.variance_of_region_mean(layer, film.regions().whole(), film.channels()) / kRuns;
+        }
+        const double true_variance = mean.standard_error() * mean.standard_error() * kRuns;
+        const double five_sigma = 5 * std::sqrt(2.0 / (kRuns - 1));
+        EXPECT_NEAR(true_variance / claimed, 1, five_sigma) << estimator;
+        EXPECT_GT(true_variance / apart, 1 + five_sigma) << estimator << ": the twin, as if pixels were independent";
+    }
+}
+
 TEST(LightEstimator, NamesFluenceWhereASurfaceRefracts) {
     Scene scene = lit_box(thick_sheet(), 0.3);
     scene.description.media.resize(2);

@@ -12,7 +12,7 @@ namespace fluovox {
 namespace {
 
 constexpr double kRounding = 2e-6;  // of the mean: what two roundings to float and another order of sums may do
-constexpr int kTile = 8;
+constexpr int kTile = FilmRegions::kTile;
 constexpr int kReach = 3;     // of the pixels around: 7 x 7
 constexpr double kSizes = 3;  // of region: pixel, tile, image
 
@@ -22,6 +22,7 @@ struct Evidence {
     double variance_a = 0, variance_b = 0;  // times nu / (nu + 1)
     double squares = 0;                     // d^2 / (nu + 1)
     double fourth = 0;                      // squares of e, the sum of the three above
+    double spread_a = 0, spread_b = 0;      // variances as they are in the images
 
     double expected_square() const { return variance_a + variance_b + squares; }
     void operator+=(const Evidence& other) {
@@ -31,6 +32,8 @@ struct Evidence {
         variance_b += other.variance_b;
         squares += other.squares;
         fourth += other.fourth;
+        spread_a += other.spread_a;
+        spread_b += other.spread_b;
     }
 };
 
@@ -77,6 +80,12 @@ struct Plane {
     }
     double variance(std::size_t pixel) const {
         return is_all() ? image.variance_of_all(layer, pixel) : image.variance(layer, pixel, channel);
+    }
+    /// Of the sum over a region's pixels; `apart` where they are independent.
+    double variance_of_sum(std::size_t region, double apart) const {
+        if (!image.shares_samples()) return apart;
+        const double pixels = image.regions().box(region).pixels();
+        return image.variance_of_region(layer, channel, region) * pixels * pixels;
     }
     std::string name() const {
         const auto index = static_cast<std::size_t>(channel);
@@ -143,17 +152,15 @@ double degrees_of_freedom(double variance_a, double variance_b, double count_a, 
     return count_a + count_b - 2;
 }
 
-Evidence evidence_of(const Plane& a, const Plane& b, std::size_t pixel) {
-    Evidence e;
-    e.mean_a = a.mean(pixel);
-    e.mean_b = b.mean(pixel);
-    double variance_a = a.variance(pixel);
-    double variance_b = b.variance(pixel);
-    const auto count_a = static_cast<double>(a.image.counts[pixel]);
-    const auto count_b = static_cast<double>(b.image.counts[pixel]);
+/// The rest of what follows from means and spreads.
+Evidence complete(Evidence e, const RenderedImage& a, const RenderedImage& b, std::size_t pixel) {
+    double variance_a = e.spread_a;
+    double variance_b = e.spread_b;
+    const auto count_a = static_cast<double>(a.counts[pixel]);
+    const auto count_b = static_cast<double>(b.counts[pixel]);
     const double nu = degrees_of_freedom(variance_a, variance_b, count_a, count_b);
     if (count_a != count_b && count_a > 0 && count_b > 0 && count_a + count_b > 2 &&
-        a.image.provenance.estimator == b.image.provenance.estimator) {
+        a.provenance.estimator == b.provenance.estimator) {
         const double squares = variance_a * count_a * (count_a - 1) + variance_b * count_b * (count_b - 1);
         const double pooled = squares / (count_a + count_b - 2);
         variance_a = std::max(variance_a, pooled / count_a);
@@ -165,6 +172,27 @@ Evidence evidence_of(const Plane& a, const Plane& b, std::size_t pixel) {
     e.squares = (e.mean_b - e.mean_a) * (e.mean_b - e.mean_a) / (nu + 1);
     e.fourth = e.expected_square() * e.expected_square();
     return e;
+}
+
+Evidence evidence_of(const Plane& a, const Plane& b, std::size_t pixel) {
+    Evidence e;
+    e.mean_a = a.mean(pixel);
+    e.mean_b = b.mean(pixel);
+    e.spread_a = a.variance(pixel);
+    e.spread_b = b.variance(pixel);
+    return complete(e, a.image, b.image, pixel);
+}
+
+/// Of a region, from the sum over its pixels: where pixels share samples the noise of their sum is another than that of
+/// its parts, and the region is tested like one large pixel.
+Evidence evidence_of_region(const Plane& a, const Plane& b, std::size_t region, const Evidence& pixels) {
+    if (!a.image.shares_samples() && !b.image.shares_samples()) return pixels;
+    Evidence e;
+    e.mean_a = pixels.mean_a;
+    e.mean_b = pixels.mean_b;
+    e.spread_a = a.variance_of_sum(region, pixels.spread_a);
+    e.spread_b = b.variance_of_sum(region, pixels.spread_b);
+    return complete(e, a.image, b.image, 0);
 }
 
 /// The smallest p-value among all tests, and where it was.
@@ -239,13 +267,14 @@ private:
         for (std::size_t i = 0; i < tiles.size(); ++i) {
             const int x = static_cast<int>(i) % tiles_x_ * kTile;
             const int y = static_cast<int>(i) / tiles_x_ * kTile;
-            const double z = signed_z(tiles[i], alike ? NoiseLevel{} : NoiseLevel{noise_a.image, noise_b.image});
+            const Evidence e = evidence_of_region(a, b, i, tiles[i]);
+            const double z = signed_z(e, alike ? NoiseLevel{} : NoiseLevel{noise_a.image, noise_b.image});
             const double p = alike ? p_of(z) : p_of_few(z, tiles[i]);
             best_.offer(family_p(p, static_cast<double>(tiles.size())), [&] {
                 return named(fmt::format("mean of the {0} x {0} pixels from ({1}, {2})", kTile, x, y));
             });
         }
-        const double z = signed_z(whole, {});
+        const double z = signed_z(evidence_of_region(a, b, a_.regions().whole(), whole), {});
         best_.offer(family_p(alike ? p_of(z) : p_of_few(z, whole), 1), [&] { return named("mean of the image"); });
     }
 

@@ -18,6 +18,7 @@ inline constexpr const char* kDyes = "fluovox:dyes";
 inline constexpr const char* kFilm = "fluovox:film";
 inline constexpr const char* kCount = "fluovox:count";
 inline constexpr const char* kVarianceUnit = "fluovox:varianceUnit";
+inline constexpr const char* kRegionVariances = "fluovox:regionVariances";
 inline constexpr const char* kNanCount = "fluovox:nanCount";
 inline constexpr const char* kBoundViolations = "fluovox:boundViolations";
 inline constexpr const char* kRadianceUnits = "fluovox:radianceUnits";

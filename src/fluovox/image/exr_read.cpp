@@ -3,6 +3,7 @@
 #include "fluovox/image/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFloatVectorAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
@@ -118,12 +119,24 @@ void read_pixels(Imf::InputFile& file, RenderedImage& image) {
         image.counts[i] = std::llround(counts[i]);
 }
 
+/// Files without them are of estimators whose pixels share nothing (or of versions that did not tell).
+void read_regions(const Imf::Header& header, RenderedImage& image) {
+    const auto* const attribute = header.findTypedAttribute<Imf::FloatVectorAttribute>(exr::kRegionVariances);
+    if (attribute == nullptr) return;
+    image.variances_of_regions = attribute->value();
+    const std::size_t values = image.layers.size() * (image.film.channels.size() + 1) * image.regions().count();
+    if (image.variances_of_regions.size() != values) {
+        throw std::runtime_error(std::string("the attribute ") + exr::kRegionVariances + " has another length");
+    }
+}
+
 void require_sound_values(const RenderedImage& image) {
     const auto finite = [](float value) { return std::isfinite(value); };
     const auto variance = [](float value) { return std::isfinite(value) && value >= 0; };
     if (!std::all_of(image.means.begin(), image.means.end(), finite) ||
         !std::all_of(image.variances.begin(), image.variances.end(), variance) ||
-        !std::all_of(image.variances_of_all.begin(), image.variances_of_all.end(), variance)) {
+        !std::all_of(image.variances_of_all.begin(), image.variances_of_all.end(), variance) ||
+        !std::all_of(image.variances_of_regions.begin(), image.variances_of_regions.end(), variance)) {
         throw std::runtime_error("a pixel is not finite or has a negative variance");
     }
 }
@@ -144,6 +157,7 @@ RenderedImage load_exr(const fs::path& path) {
         read_header(file.header(), image);
         read_size(file.header(), path, image);
         read_pixels(file, image);
+        read_regions(file.header(), image);
         require_sound_values(image);
     } catch (const Error&) {
         throw;

@@ -6,6 +6,7 @@
 #include "fluovox/image/preview.h"
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFloatVectorAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
@@ -132,6 +133,9 @@ Imf::Header make_header(const Film& film, const FilmSpec& spec, const Provenance
     put(exr::kFilm, exr::film_to_json(spec, film.layers()));
     put(exr::kCount, std::to_string(range_of_counts(film).least));
     put(exr::kVarianceUnit, fmt::format("{}", unit));
+    if (film.shares_samples()) {
+        header.insert(exr::kRegionVariances, Imf::FloatVectorAttribute(stored_variances_of_regions(film, unit)));
+    }
     put(exr::kNanCount, std::to_string(film.nan_count()));
     put(exr::kBoundViolations, std::to_string(film.bound_violations()));
     put(exr::kRadianceUnits, radiance_units(spec));

@@ -88,6 +88,37 @@ bool Film::add_sums(int pixel, const Sums& sums) {
     return true;
 }
 
+void Film::add_shared(std::span<const double> values) {
+    const std::size_t per_pixel = values_per_sample();
+    const auto channels = static_cast<std::size_t>(channels_);
+    const std::size_t per_layer = channels + 1;
+    const FilmRegions parts = regions();
+    std::vector<double> sums(region_values());
+    for (int pixel = 0; pixel < pixels(); ++pixel) {
+        const auto p = static_cast<std::size_t>(pixel);
+        const std::span<const double> sample = values.subspan(p * per_pixel, per_pixel);
+        if (!add(pixel, sample)) continue;
+        const std::size_t tile = parts.tile_of(p) * layers_.size() * per_layer;
+        const std::size_t whole = parts.whole() * layers_.size() * per_layer;
+        for (std::size_t i = 0; i < per_pixel; ++i) {
+            const std::size_t layer = i / channels * per_layer;
+            for (const std::size_t region : {tile, whole}) {
+                sums[region + layer + i % channels] += sample[i];
+                sums[region + layer + channels] += sample[i];
+            }
+        }
+    }
+    for (double& sum : sums)
+        sum *= sum;
+    add_region_squares(sums);
+}
+
+void Film::add_region_squares(std::span<const double> squares) {
+    region_squares_.resize(region_values());
+    for (std::size_t i = 0; i < region_squares_.size(); ++i)
+        region_squares_[i] += squares[i];
+}
+
 void Film::add_bound_violations(std::int64_t how_many) {
     add_atomically(bound_violations_, how_many);
 }
@@ -116,6 +147,28 @@ double Film::variance_of_mean_of_all(int layer, int pixel) const {
     return variance(all, pixel);
 }
 
+double Film::variance_of_region_mean(int layer, std::size_t region, int channel) const {
+    const FilmRegions::Box box = regions().box(region);
+    const bool all = channel == channels_;
+    Moments moments;
+    double apart = 0;  // variance of the sum, were pixels independent
+    for (int y = box.y0; y < box.y1; ++y) {
+        for (int pixel = y * width_ + box.x0; pixel < y * width_ + box.x1; ++pixel) {
+            apart += all ? variance_of_mean_of_all(layer, pixel) : variance_of_mean(layer, pixel, channel);
+            for (int c = all ? 0 : channel; c < (all ? channels_ : channel + 1); ++c)
+                moments.sum += at(layer, pixel, c).sum;
+        }
+    }
+    const double size = box.pixels();
+    if (!shares_samples()) return apart / size / size;
+    const std::size_t index =
+        (region * layers_.size() + static_cast<std::size_t>(layer)) * (static_cast<std::size_t>(channels_) + 1) +
+        static_cast<std::size_t>(channel);
+    moments.squares = region_squares_[index];
+    if (!std::isfinite(moments.squares)) return apart / size / size;  // of a bad sample, which its pixel has dropped
+    return variance(moments, 0) / size / size;
+}
+
 double Film::variance(const Moments& moments, int pixel) const {
     if (count(pixel) < 2) return 0;
     const auto n = static_cast<double>(count(pixel));
@@ -133,6 +186,7 @@ void Film::merge(const Film& other) {
     }
     for (std::size_t i = 0; i < squares_of_all_.size(); ++i)
         squares_of_all_[i] += other.squares_of_all_[i];
+    if (other.shares_samples()) add_region_squares(other.region_squares_);
     for (std::size_t i = 0; i < counts_.size(); ++i)
         counts_[i] += other.counts_[i];
     nan_count_ += other.nan_count_;

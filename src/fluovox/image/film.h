@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/image/film_regions.h"
 #include "fluovox/image/film_spec.h"
 
 #include <cstddef>
@@ -56,6 +57,18 @@ public:
     /// pixel with the number of photons sent. Sums that are not finite count as one bad sample.
     bool add_sums(int pixel, const Sums& sums);
 
+    /// One sample of every pixel, of random numbers that pixels share: values as of `add`, pixel after pixel. The means
+    /// of regions then get variances of their own. All samples of a film are added so, or none.
+    void add_shared(std::span<const double> values);
+    /// The same for sums that were made elsewhere (`add_sums`): for each region, layer and channel (after the last: all
+    /// of them added up) the sum over samples of the square of the sample's sum over the region's pixels.
+    void add_region_squares(std::span<const double> squares);
+    /// How many values those are.
+    std::size_t region_values() const {
+        return regions().count() * layers_.size() * (static_cast<std::size_t>(channels_) + 1);
+    }
+    FilmRegions regions() const { return {width_, height_}; }
+
     /// Counts bounds that a tracking step found exceeded; from any thread.
     void add_bound_violations(std::int64_t how_many);
 
@@ -68,6 +81,12 @@ public:
     /// The same for all channels of a layer added up.
     double mean_of_all(int layer, int pixel) const;
     double variance_of_mean_of_all(int layer, int pixel) const;
+
+    /// True where pixels share samples (photons, or batches), so that their noise is not independent.
+    bool shares_samples() const { return !region_squares_.empty(); }
+    /// Variance of the mean over a region's pixels, of one channel or, after the last, of all added up. Without shared
+    /// samples that follows from the pixels.
+    double variance_of_region_mean(int layer, std::size_t region, int channel) const;
 
     /// Samples that were not finite, and bounds exceeded.
     std::int64_t nan_count() const { return nan_count_; }
@@ -95,6 +114,7 @@ private:
     std::vector<std::string> layers_;
     std::vector<Moments> moments_;        // pixel, layer, channel
     std::vector<double> squares_of_all_;  // pixel, layer
+    std::vector<double> region_squares_;  // region, layer, channel and all of them; empty where pixels share nothing
     std::vector<std::int64_t> counts_;
     std::int64_t nan_count_ = 0;
     std::int64_t bound_violations_ = 0;

@@ -36,6 +36,19 @@ float stored_variance(double variance, double unit) {
     return variance > 0 ? std::max(stored, std::numeric_limits<float>::min()) : stored;
 }
 
+std::vector<float> stored_variances_of_regions(const Film& film, double unit) {
+    std::vector<float> variances;
+    if (!film.shares_samples()) return variances;
+    variances.reserve(film.region_values());
+    for (int layer = 0; layer < static_cast<int>(film.layers().size()); ++layer) {
+        for (int channel = 0; channel <= film.channels(); ++channel) {
+            for (std::size_t region = 0; region < film.regions().count(); ++region)
+                variances.push_back(stored_variance(film.variance_of_region_mean(layer, region, channel), unit));
+        }
+    }
+    return variances;
+}
+
 RenderedImage make_image(const Film& film, const FilmSpec& spec, const Provenance& provenance) {
     if (static_cast<int>(spec.channels.size()) != film.channels()) {
         throw std::invalid_argument("make_image: the film has other channels than its description");
@@ -67,6 +80,7 @@ RenderedImage make_image(const Film& film, const FilmSpec& spec, const Provenanc
                 stored_variance(film.variance_of_mean_of_all(layer, pixel), image.variance_unit));
         }
     }
+    image.variances_of_regions = stored_variances_of_regions(film, image.variance_unit);
     return image;
 }
 

@@ -29,8 +29,11 @@ struct RenderedImage {
     std::vector<float> means;             ///< layer, channel, pixel (row 0 on top); unit as of Film
     std::vector<float> variances;         ///< of the means, divided by `variance_unit` squared; ordered as `means`
     std::vector<float> variances_of_all;  ///< layer, pixel: of all channels added up, in the same unit
-    double variance_unit = 1;             ///< a power of ten that keeps the variances inside the range of float
-    std::vector<std::int64_t> counts;     ///< samples of each pixel
+    /// Where pixels share samples (photons, or batches), and empty elsewhere: of the means over regions (FilmRegions),
+    /// in the same unit; layer, channel (after the last: all added up), region.
+    std::vector<float> variances_of_regions;
+    double variance_unit = 1;          ///< a power of ten that keeps the variances inside the range of float
+    std::vector<std::int64_t> counts;  ///< samples of each pixel
     Provenance provenance;
     std::string version;  ///< of the program that made it
     std::int64_t nan_count = 0;
@@ -63,6 +66,16 @@ struct RenderedImage {
         return stored * variance_unit * variance_unit;
     }
 
+    FilmRegions regions() const { return {width, height}; }
+    bool shares_samples() const { return !variances_of_regions.empty(); }
+    /// Only where pixels share samples.
+    double variance_of_region(int layer, int channel, std::size_t region) const {
+        const auto row =
+            static_cast<std::size_t>(layer) * (film.channels.size() + 1) + static_cast<std::size_t>(channel);
+        const auto stored = static_cast<double>(variances_of_regions[row * regions().count() + region]);
+        return stored * variance_unit * variance_unit;
+    }
+
 private:
     std::span<const float> plane(const std::vector<float>& planes, int layer, int channel) const {
         const std::size_t index =
@@ -77,6 +90,9 @@ RenderedImage make_image(const Film& film, const FilmSpec& spec, const Provenanc
 /// The power of ten by whose square the film's variances are divided before they are stored as float: 1 unless they
 /// would overflow (photons per second) or vanish.
 double variance_unit(const Film& film);
+
+/// As `RenderedImage::variances_of_regions`.
+std::vector<float> stored_variances_of_regions(const Film& film, double unit);
 
 /// The variance of a mean as it is stored: divided by the square of `unit`, and never zero where it was not.
 float stored_variance(double variance, double unit);

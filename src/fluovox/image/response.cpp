@@ -32,6 +32,51 @@ double energy_overlap(const Spectrum& emission, const Spectrum& response) {
 
 }  // namespace
 
+namespace {
+
+/// Variance of a sum over pixels, as it is and were they independent.
+struct SumVariance {
+    double together = 0, apart = 0;
+    double excess() const { return apart > 0 ? together / apart : 1; }
+};
+
+SumVariance variance_of(const RenderedImage& image, int layer, int channel, std::size_t part) {
+    const FilmRegions::Box box = image.regions().box(part);
+    SumVariance sum;
+    for (int y = box.y0; y < box.y1; ++y) {
+        for (int x = box.x0; x < box.x1; ++x) {
+            const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
+            sum.apart += image.variance(layer, row + static_cast<std::size_t>(x), channel);
+        }
+    }
+    sum.together = image.variance_of_region(layer, channel, part) * box.pixels() * box.pixels();
+    return sum;
+}
+
+/// By how much the variance of a region's mean is above that of independent pixels, where pixels share samples. Exact
+/// for the whole image; otherwise it grows with the number of pixels, from one to what the tiles there have, and from
+/// one to what the image has, whichever is more.
+double excess_of_shared(const RenderedImage& image, int layer, int channel, const PixelRegion& region) {
+    const FilmRegions parts = image.regions();
+    const double pixels = static_cast<double>(region.x1 - region.x0) * (region.y1 - region.y0);
+    const double all = parts.box(parts.whole()).pixels();
+    const double of_image = variance_of(image, layer, channel, parts.whole()).excess();
+    if (pixels >= all) return of_image;
+    SumVariance tiles;
+    for (std::size_t part = 0; part < parts.tiles(); ++part) {
+        const FilmRegions::Box box = parts.box(part);
+        if (box.x0 >= region.x1 || region.x0 >= box.x1 || box.y0 >= region.y1 || region.y0 >= box.y1) continue;
+        const SumVariance tile = variance_of(image, layer, channel, part);
+        tiles.together += tile.together;
+        tiles.apart += tile.apart;
+    }
+    constexpr double kTilePixels = FilmRegions::kTile * FilmRegions::kTile;
+    const auto between = [pixels](double most, double at) { return 1 + (most - 1) * std::min(1.0, (pixels - 1) / at); };
+    return std::max(between(of_image, all), between(tiles.excess(), kTilePixels));
+}
+
+}  // namespace
+
 SpectralResponse mean_response(const RenderedImage& image, int layer, const PixelRegion& region) {
     const bool inside = region.x0 >= 0 && region.y0 >= 0 && region.x0 < region.x1 && region.y0 < region.y1 &&
                         region.x1 <= image.width && region.y1 <= image.height;
@@ -52,6 +97,7 @@ SpectralResponse mean_response(const RenderedImage& image, int layer, const Pixe
                 variance += image.variance(layer, pixel, channel);
             }
         }
+        if (image.shares_samples()) variance *= excess_of_shared(image, layer, channel, region);
         response.mean.push_back(sum / pixels);
         response.standard_error.push_back(std::sqrt(variance) / pixels);
     }

@@ -57,7 +57,8 @@ void CameraSink::finish(Splats& splats, Order order) {
         Splat sum = splats_[i];
         for (++i; i < splats_.size() && splats_[i].at == sum.at; ++i)
             sum.value += splats_[i].value;
-        sum.begins_layer = splats.size() == first || splats.back().at / channels_ != sum.at / channels_;
+        sum.begins_photon = splats.size() == first;
+        sum.begins_layer = sum.begins_photon || splats.back().at / channels_ != sum.at / channels_;
         splats.push_back(sum);
     }
     splats_.clear();
@@ -118,7 +119,7 @@ void CameraSink::add(const Photon& photon, Vec3 from, const CameraConnection& hi
 }
 
 void CameraSink::splat(std::size_t pixel, std::size_t layer, std::size_t channel) {
-    splats_.push_back({pixel * values_per_pixel() + layer * channels_ + channel, values_[channel], false});
+    splats_.push_back({pixel * values_per_pixel() + layer * channels_ + channel, values_[channel]});
 }
 
 }  // namespace fluovox

@@ -20,7 +20,8 @@ namespace fluovox {
 struct Splat {
     std::size_t at = 0;  ///< (pixel x layers + layer) x channels + channel
     double value = 0;
-    bool begins_layer = false;  ///< summed by place: the first of its photon in its pixel and layer
+    bool begins_layer = false;   ///< summed by place: the first of its photon in its pixel and layer
+    bool begins_photon = false;  ///< summed by place: the first of its photon
 };
 
 /// Splats of the photons of a batch, in their order.

@@ -24,7 +24,13 @@ public:
           channels_(values_ / layers_),
           sum_(static_cast<std::size_t>(film.pixels()) * values_),
           squares_(sum_.size()),
-          squares_of_all_(static_cast<std::size_t>(film.pixels()) * layers_) {}
+          squares_of_all_(static_cast<std::size_t>(film.pixels()) * layers_),
+          region_squares_(film.region_values()),
+          of_photon_(film.region_values()),
+          whole_(film.regions().whole()) {
+        for (int pixel = 0; pixel < film.pixels(); ++pixel)
+            tiles_.push_back(film.regions().tile_of(static_cast<std::size_t>(pixel)));
+    }
 
     void add(std::span<const Splat> batch) {
         for (std::size_t i = 0; i < batch.size();) {
@@ -32,6 +38,8 @@ public:
             const std::size_t layer = batch[i].at / channels_;
             do {
                 const Splat& splat = batch[i];
+                if (splat.begins_photon) end_photon();
+                add_to_regions(splat);
                 sum_[splat.at] += splat.value;
                 squares_[splat.at] += splat.value * splat.value;
                 all += splat.value;
@@ -40,7 +48,9 @@ public:
             squares_of_all_[layer] += all * all;
         }
     }
-    void put_on(Film& film, std::int64_t photons) const {
+    void put_on(Film& film, std::int64_t photons) {
+        end_photon();
+        film.add_region_squares(region_squares_);
         for (int pixel = 0; pixel < film.pixels(); ++pixel) {
             const auto p = static_cast<std::size_t>(pixel);
             Film::Sums sums;
@@ -53,8 +63,31 @@ public:
     }
 
 private:
+    void add_to_regions(const Splat& splat) {
+        const std::size_t layer = splat.at % values_ / channels_;
+        for (const std::size_t region : {tiles_[splat.at / values_], whole_}) {
+            const std::size_t at = (region * layers_ + layer) * (channels_ + 1);
+            for (const std::size_t channel : {splat.at % channels_, channels_}) {
+                double& sum = of_photon_[at + channel];
+                if (sum == 0) touched_.push_back(at + channel);
+                sum += splat.value;
+            }
+        }
+    }
+    void end_photon() {
+        for (const std::size_t at : touched_) {
+            region_squares_[at] += of_photon_[at] * of_photon_[at];
+            of_photon_[at] = 0;
+        }
+        touched_.clear();
+    }
+
     std::size_t values_, layers_, channels_;
     std::vector<double> sum_, squares_, squares_of_all_;
+    std::vector<double> region_squares_, of_photon_;  // as Film::add_region_squares
+    std::vector<std::size_t> touched_;                // values of `of_photon_` that are not zero
+    std::vector<std::size_t> tiles_;                  // of each pixel
+    std::size_t whole_;
 };
 
 PhotonLimits limits_of(const RenderDescription& render) {

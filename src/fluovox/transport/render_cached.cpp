@@ -84,8 +84,7 @@ public:
                 cache_.fill(photons, static_cast<std::uint64_t>(batch), *progress_);
                 add_fluorescence(static_cast<std::uint64_t>(batch), samples);
             }
-            for (int pixel = 0; pixel < result_.film.pixels(); ++pixel)
-                result_.film.add(pixel, values_of(pixel));
+            result_.film.add_shared(sums_);
         }
         result_.counts += rounds_.counts();
         result_.counts.bound_violations += cache_.bound_violations();

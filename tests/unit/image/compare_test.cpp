@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <span>
 #include <vector>
 
 namespace fluovox {
@@ -116,6 +118,50 @@ TEST(Compare, AnOrdinaryTestWouldFailHere) {
         alarms += different ? 1 : 0;
     }
     EXPECT_GT(alarms, 10);
+}
+
+/// Every sample is of all pixels and channels at once, as a batch or a photon out of focus is: noise is not
+/// independent.
+RenderedImage render_shared(double mean, std::uint64_t seed, bool told) {
+    Film film(kSize, kSize, {"total"}, 3);
+    std::mt19937_64 random(seed);
+    std::vector<double> values(static_cast<std::size_t>(film.pixels()) * 3);
+    for (int sample = 0; sample < 64; ++sample) {
+        const double common = uniform(random);
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = brightness(static_cast<int>(i / 3)) * mean * (common + uniform(random));
+        if (told) {
+            film.add_shared(values);
+            continue;
+        }
+        for (int pixel = 0; pixel < film.pixels(); ++pixel)
+            film.add(pixel, std::span(values).subspan(static_cast<std::size_t>(pixel) * 3, 3));
+    }
+    Provenance from;
+    from.estimator = "light";
+    return make_image(film, kSpec, from);
+}
+
+int shared_alarms(bool told, double mean) {
+    int alarms = 0;
+    for (std::uint64_t seed = 0; seed < 100; ++seed)
+        alarms += compare(render_shared(1, seed, told), render_shared(mean, seed + 1000, told)).same ? 0 : 1;
+    return alarms;
+}
+
+TEST(Compare, PixelsThatShareSamplesAreTheSameInEqualScenes) {
+    EXPECT_EQ(shared_alarms(true, 1), 0);
+    EXPECT_EQ(shared_alarms(true, 2), 100) << "and a true difference is still found";
+}
+
+// The twin: as if pixels were independent.
+TEST(Compare, PixelsThatShareSamplesWithoutTellingWouldFailHere) {
+    EXPECT_GT(shared_alarms(false, 1), 50);
+}
+
+TEST(Compare, SharedSamplesAgainstIndependentOnes) {
+    for (std::uint64_t seed = 0; seed < 100; ++seed)
+        EXPECT_TRUE(compare(render_shared(1, seed, true), render({even(), 64, "path"}, seed + 1000)).same) << seed;
 }
 
 TEST(Compare, AnImageEqualsItself) {

@@ -63,6 +63,7 @@ void expect_equal(const RenderedImage& a, const RenderedImage& b) {
     EXPECT_EQ(a.means, b.means);
     EXPECT_EQ(a.variances, b.variances);
     EXPECT_EQ(a.variances_of_all, b.variances_of_all);
+    EXPECT_EQ(a.variances_of_regions, b.variances_of_regions);
     EXPECT_EQ(a.variance_unit, b.variance_unit);
     EXPECT_EQ(a.counts, b.counts);
     EXPECT_EQ(a.version, b.version);
@@ -101,6 +102,22 @@ TEST_F(Exr, EverythingComesBack) {
     EXPECT_NEAR(image.variance(2, 100, 1) / film.variance_of_mean(2, 100, 1), 1, 1e-6);
     EXPECT_NEAR(image.mean_of_all(2, 100) / film.mean_of_all(2, 100), 1, 1e-6);
     EXPECT_NEAR(image.variance_of_all(2, 100) / film.variance_of_mean_of_all(2, 100), 1, 1e-6);
+}
+
+TEST_F(Exr, VariancesOfRegionsComeBackWherePixelsShareSamples) {
+    Film film(7, 70, film_layers({"EGFP", "My.Dye"}, true), 3);
+    std::mt19937_64 random(1);
+    std::vector<double> values(7 * 70 * film.values_per_sample());
+    for (int sample = 0; sample < 4; ++sample) {
+        for (double& value : values)
+            value = std::exponential_distribution<double>(1)(random);
+        film.add_shared(values);
+    }
+    save_exr(file_, film, spec_, from_);
+    const RenderedImage image = load_exr(file_);
+    expect_equal(image, make_image(film, spec_, from_));
+    ASSERT_TRUE(image.shares_samples());
+    EXPECT_NEAR(image.variance_of_region(2, 3, 8) / film.variance_of_region_mean(2, 8, 3), 1, 1e-6);
 }
 
 TEST_F(Exr, DetectorChannelsComeBack) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -122,6 +123,57 @@ TEST(Film, SumsMadeElsewhereEqualSamples) {
     const std::array bad = {kNaN};
     EXPECT_FALSE(at_once.add_sums(0, {bad, squares, squares, 1}));
     EXPECT_EQ(at_once.nan_count(), 1);
+}
+
+/// 10 x 9 pixels: tiles of 8 x 8, 2 x 8, 8 x 1 and 2 x 1.
+Film shared_film(int samples, std::uint64_t seed, std::vector<testing::RunningMean>& tile,
+                 testing::RunningMean& whole_of_all) {
+    Film film(10, 9, {"total", "elastic"}, 2);
+    std::mt19937_64 random(seed);
+    std::vector<double> values(static_cast<std::size_t>(film.pixels()) * film.values_per_sample());
+    for (int sample = 0; sample < samples; ++sample) {
+        const double common = std::exponential_distribution<double>(1)(random);
+        for (double& value : values)
+            value = common + std::exponential_distribution<double>(1)(random);
+        film.add_shared(values);
+        std::vector<double> sums(film.regions().tiles());
+        double all = 0;
+        for (std::size_t pixel = 0; pixel < 90; ++pixel) {
+            sums[film.regions().tile_of(pixel)] += values[4 * pixel + 3];  // second layer, second channel
+            all += values[4 * pixel] + values[4 * pixel + 1];              // first layer
+        }
+        for (std::size_t i = 0; i < sums.size(); ++i)
+            tile[i].add(sums[i] / film.regions().box(i).pixels());
+        whole_of_all.add(all / 90);
+    }
+    return film;
+}
+
+TEST(Film, RegionsOfSharedSamplesHaveTheirOwnVariance) {
+    std::vector<testing::RunningMean> tile(4);
+    testing::RunningMean all;
+    Film film = shared_film(50, 1, tile, all);
+    film.merge(shared_film(30, 2, tile, all));
+    ASSERT_TRUE(film.shares_samples());
+    ASSERT_EQ(film.regions().count(), 5U);
+    EXPECT_EQ(film.regions().box(3).pixels(), 2);
+    for (std::size_t i = 0; i < tile.size(); ++i) {
+        const double error = tile[i].standard_error();
+        EXPECT_NEAR(film.variance_of_region_mean(1, i, 1) / (error * error), 1, 1e-9) << i;
+    }
+    const double error = all.standard_error();
+    EXPECT_NEAR(film.variance_of_region_mean(0, film.regions().whole(), 2) / (error * error), 1, 1e-9);
+}
+
+TEST(Film, RegionsOfIndependentSamplesFollowFromTheirPixels) {
+    Film film(2, 1, {"total"}, 1);
+    for (const double x : {1.0, 2.0, 4.0}) {
+        film.add(0, std::array{x});
+        film.add(1, std::array{3 * x});
+    }
+    EXPECT_FALSE(film.shares_samples());
+    EXPECT_NEAR(film.variance_of_region_mean(0, film.regions().whole(), 0), 10 * film.variance_of_mean(0, 0, 0) / 4,
+                1e-12);
 }
 
 TEST(Film, CountersTakeManyThreads) {

@@ -30,6 +30,19 @@ TEST(Response, MeanAndErrorOfARegion) {
     EXPECT_THROW(mean_response(image, 1, {0, 0, 3, 2}), std::invalid_argument);
 }
 
+TEST(Response, PixelsThatShareSamplesHaveAnErrorTogether) {
+    const FilmSpec spec = testing::spectrometer(400, 700, 1);
+    Film film(16, 8, {"total"}, 1);
+    for (const double x : {1.0, 2.0, 4.0})
+        film.add_shared(std::vector<double>(128, x));
+    const RenderedImage image = make_image(film, spec, {});
+    const double error = std::sqrt(film.variance_of_mean(0, 0, 0));
+    EXPECT_NEAR(mean_response(image, 0, {0, 0, 16, 8}).standard_error[0] / error, 1, 1e-6) << "of one pixel, of all";
+    EXPECT_NEAR(mean_response(image, 0, {8, 0, 16, 8}).standard_error[0] / error, 1, 0.01);
+    EXPECT_NEAR(mean_response(image, 0, {3, 3, 4, 4}).standard_error[0] / error, 1, 1e-6);
+    EXPECT_NEAR(mean_response(image, 0, {2, 2, 6, 6}).standard_error[0] / error, 1, 0.05);
+}
+
 TEST(Response, WattsWeighTheEmissionByPhotonEnergy) {
     FilmSpec spec = testing::spectrometer(400, 800, 2);
     const Spectrum flat = Spectrum::box(400, 800, 1 / 400.0);
