@@ -36,9 +36,17 @@ const std::vector<Case>& cases() {
     return all;
 }
 
+// After this the process holds what any render does: libraries, threads, their stacks.
+void render_something(const fs::path& folder) {
+    NoProgress silent;
+    const Scene scene = build_scene(load_scene_description(folder / "tubes32_1.toml", {"render.samples=1"}));
+    render(scene, silent);
+}
+
 Figures render_scene(const fs::path& file, const std::vector<std::string>& overrides, bool plain = false) {
     NoProgress silent;
     Figures figures;
+    render_something(file.parent_path());
     const double idle = resident_bytes();
     SceneDescription description = load_scene_description(file, overrides);
     description.render.plain_tracking = plain;
@@ -120,6 +128,7 @@ void write_scenes(const fs::path& folder) {
         for (const double depth : depths)
             write_elastic_scene(folder, fmt::format("{}_{}", name, depth), field, depth / (field.mean * tubes.size.z));
     };
+    write_tubes({{32, 32, 32}, 0.033, 3.2, 1, 1}, "tubes32", {1});
     write_tubes({{256, 256, 256}, 0.033, 3.2, 1, 1}, "tubes256", {1, 20});
     write_tubes({{256, 256, 256}, 0.033, 3.2, 2, 1}, "tubes512", {1});
     write_tubes({{512, 256, 256}, 0.033, 3.2, 1, 2}, "two256", {1});

@@ -38,7 +38,7 @@ Scene tubes(double denser = 1) {
     scene.description.camera.width = scene.description.camera.height = 16;
     scene.description.film = testing::spectrometer(487, 489, 1);
     scene.description.render.estimator = "path";
-    scene.description.render.samples = 1200;
+    scene.description.render.samples = 3000;
     return scene;
 }
 

@@ -6,6 +6,25 @@
 #include <cmath>
 
 namespace fluovox {
+namespace {
+
+// Between the eight voxels around an index-space position.
+template <class ValueOf>
+double interpolated(Vec3 p, const ValueOf& value_of) {
+    const Vec3 base{std::floor(p.x), std::floor(p.y), std::floor(p.z)};
+    const Vec3 w = p - base;
+    double total = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Voxel voxel{static_cast<int>(base.x) + (corner & 1), static_cast<int>(base.y) + ((corner >> 1) & 1),
+                          static_cast<int>(base.z) + ((corner >> 2) & 1)};
+        const double weight = ((corner & 1) != 0 ? w.x : 1 - w.x) * ((corner & 2) != 0 ? w.y : 1 - w.y) *
+                              ((corner & 4) != 0 ? w.z : 1 - w.z);
+        total += weight * static_cast<double>(value_of(voxel));
+    }
+    return total;
+}
+
+}  // namespace
 
 Affine Affine::inverse() const {
     // Columns of the inverse are cross products of the rows over the determinant.
@@ -20,18 +39,11 @@ Affine Affine::inverse() const {
 }
 
 double SparseGrid::trilinear(Vec3 world_um) const {
-    const Vec3 p = index_from_world_.point(world_um);
-    const Vec3 base{std::floor(p.x), std::floor(p.y), std::floor(p.z)};
-    const Vec3 w = p - base;
-    double total = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const Voxel voxel{static_cast<int>(base.x) + (corner & 1), static_cast<int>(base.y) + ((corner >> 1) & 1),
-                          static_cast<int>(base.z) + ((corner >> 2) & 1)};
-        const double weight = ((corner & 1) != 0 ? w.x : 1 - w.x) * ((corner & 2) != 0 ? w.y : 1 - w.y) *
-                              ((corner & 4) != 0 ? w.z : 1 - w.z);
-        total += weight * static_cast<double>(value(voxel));
-    }
-    return total;
+    return interpolated(index_from_world_.point(world_um), [&](Voxel voxel) { return value(voxel); });
+}
+
+double SparseGrid::trilinear_from_root(Vec3 index_position) const {
+    return interpolated(index_position, [&](Voxel voxel) { return value_from_root(voxel); });
 }
 
 SparseGrid SparseGrid::from_function(Voxel min, Voxel max, const Affine& world_from_index,

@@ -62,7 +62,7 @@ public:
     static SparseGrid from_function(Voxel min, Voxel max, const Affine& world_from_index,
                                     const std::function<double(Voxel)>& f);
 
-    /// Value of a voxel, from the root down.
+    /// Value of a voxel.
     float value(Voxel voxel) const {
         if (has_directory()) {
             const int i = (voxel.x >> 3) - occupied_min_.x / kBrickSize;
@@ -76,6 +76,10 @@ public:
             const std::int32_t brick = directory_[brick_slot(i, j, k)];
             return brick < 0 ? constants_[0] : value_in(bricks_[static_cast<std::size_t>(brick)], voxel);
         }
+        return value_from_root(voxel);
+    }
+    /// The same by the tree alone.
+    float value_from_root(Voxel voxel) const {
         const std::int32_t node = node_at(voxel.x >> 5, voxel.y >> 5, voxel.z >> 5);
         if (node < 0) return constants_[0];
         const Brick* brick = brick_of(nodes_[static_cast<std::size_t>(node)], (voxel.x >> 3) & 3, (voxel.y >> 3) & 3,
@@ -93,8 +97,10 @@ public:
                 floor_to_int(index_position.z + u.z)};
     }
 
-    /// The trilinear field at a world position (micrometres).
+    /// The trilinear field at a world position (micrometres); at an index-space position, all eight voxels from the
+    /// root.
     double trilinear(Vec3 world_um) const;
+    double trilinear_from_root(Vec3 index_position) const;
 
     const Affine& index_from_world() const { return index_from_world_; }
     const Affine& world_from_index() const { return world_from_index_; }
