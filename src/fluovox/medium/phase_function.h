@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/core/circle.h"
 #include "fluovox/core/vec.h"
 #include "fluovox/spectral/spectrum.h"
 
@@ -29,8 +30,8 @@ inline double sample_henyey_greenstein_cosine(double g, double u) {
 /// The unit vector at that cosine and an azimuth (`u` uniform in [0, 1)) around `axis`.
 inline Vec3 turned(Vec3 axis, double cosine, double u) {
     const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-    const double azimuth = 2 * std::numbers::pi * u;
-    return Frame::around(axis).to_world({sine * std::cos(azimuth), sine * std::sin(azimuth), cosine});
+    const CirclePoint azimuth = on_circle(u);
+    return Frame::around(axis).to_world({sine * azimuth.cos, sine * azimuth.sin, cosine});
 }
 
 /// Forward and backward lobes: `weight` henyey_greenstein(g1) + (1 - weight) henyey_greenstein(g2).
