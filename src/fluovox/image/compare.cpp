@@ -99,6 +99,7 @@ struct Plane {
 struct Noise {
     std::vector<double> around;
     double image = 0;
+    bool saw_nothing = false;
 };
 
 struct NoiseSum {
@@ -110,6 +111,19 @@ struct NoiseSum {
     }
     double ratio() const { return brightness > 0 ? variance / brightness : 0; }
 };
+
+/// The largest variance per brightness among the channels of a layer: for those that saw nothing.
+double noise_of_layer(const RenderedImage& image, int layer) {
+    double most = 0;
+    for (int channel = 0; channel < image.channels(); ++channel) {
+        const Plane plane{image, layer, channel};
+        NoiseSum all;
+        for (std::size_t pixel = 0; pixel < image.pixels(); ++pixel)
+            all += {plane.variance(pixel), std::abs(plane.mean(pixel))};
+        most = std::max(most, all.ratio());
+    }
+    return most;
+}
 
 Noise noise_of(const Plane& plane) {
     const int width = plane.image.width;
@@ -124,7 +138,9 @@ Noise noise_of(const Plane& plane) {
         all += own[pixel];
     }
     std::vector<NoiseSum> rows(own.size());
-    Noise noise{std::vector<double>(own.size()), all.ratio()};
+    const bool saw_nothing = !(all.brightness > 0);
+    Noise noise{std::vector<double>(own.size()), saw_nothing ? noise_of_layer(plane.image, plane.layer) : all.ratio(),
+                saw_nothing};
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             for (int k = std::max(0, x - kReach); k <= std::min(width - 1, x + kReach); ++k)
@@ -274,7 +290,8 @@ private:
                 return named(fmt::format("mean of the {0} x {0} pixels from ({1}, {2})", kTile, x, y));
             });
         }
-        const double z = signed_z(evidence_of_region(a, b, a_.regions().whole(), whole), {});
+        const NoiseLevel unseen{noise_a.saw_nothing ? noise_a.image : 0, noise_b.saw_nothing ? noise_b.image : 0};
+        const double z = signed_z(evidence_of_region(a, b, a_.regions().whole(), whole), unseen);
         best_.offer(family_p(alike ? p_of(z) : p_of_few(z, whole), 1), [&] { return named("mean of the image"); });
     }
 

@@ -42,6 +42,7 @@ struct Comparison {
 ///   of the image, and tiles and image are judged by Student's t with as many degrees of freedom as pixels carry the
 ///   noise. This costs sensitivity in dark parts, and it is a safeguard, not a guarantee: nobody can know of noise that
 ///   an estimator has hardly shown anywhere.
+///   A channel that a render has not seen at all is taken to be as noisy as the noisiest of its layer.
 /// - Photons that reach several pixels, and passes that all pixels share, make noise that is not independent: such
 ///   images (RenderedImage::shares_samples) bring the variances of their tiles and of the whole, which are used there.
 /// - Relative differences below 2e-6 are rounding, never a difference.

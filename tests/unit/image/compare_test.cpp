@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <span>
@@ -162,6 +163,32 @@ TEST(Compare, PixelsThatShareSamplesWithoutTellingWouldFailHere) {
 TEST(Compare, SharedSamplesAgainstIndependentOnes) {
     for (std::uint64_t seed = 0; seed < 100; ++seed)
         EXPECT_TRUE(compare(render_shared(1, seed, true), render({even(), 64, "path"}, seed + 1000)).same) << seed;
+}
+
+TEST(Compare, AChannelThatAFewSamplesMissedIsNoDifference) {
+    // As an estimator does whose photons have one wavelength each: here two of 256 would be of the last channel.
+    const auto few_photons = [](std::uint64_t seed, bool last) {
+        std::mt19937_64 random(seed);
+        Film film(kSize, kSize, {"total"}, 3);
+        for (int pixel = 0; pixel < film.pixels(); ++pixel) {
+            film.add(pixel, std::array{0.0, 0.0, 0.0});
+            const double a = uniform(random) < 0.5 ? 300 : 0;
+            film.add(pixel, std::array{a, 300 - a, last && pixel % 128 == 5 ? 300.0 : 0});
+        }
+        Provenance from;
+        from.estimator = "light";
+        return make_image(film, kSpec, from);
+    };
+    const auto reference = [](double last) {
+        return render({[last](int /*pixel*/, int channel, std::mt19937_64& random) {
+                           return (channel == 2 ? last : 150) * uniform(random);
+                       },
+                       4000},
+                      1);
+    };
+    EXPECT_TRUE(compare(few_photons(2, false), reference(2.3)).same);
+    EXPECT_TRUE(compare(few_photons(2, true), reference(2.3)).same);
+    EXPECT_FALSE(compare(few_photons(2, false), reference(150)).same) << "the twin: a channel that is really absent";
 }
 
 TEST(Compare, AnImageEqualsItself) {
