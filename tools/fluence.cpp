@@ -216,6 +216,12 @@ ExitCode run_fluence(const std::vector<std::string>& arguments) {
     }
     warn_of_what_was_cut(result.share.excitation, "light");
     warn_of_what_was_cut(result.share.emission, "fluorescence");
+    if (!result.precise) {
+        fmt::print(stderr,
+                   "warning: {} photons were not enough for the relative standard error asked for (--rse {}); raise "
+                   "--photons\n",
+                   result.photons, line.values()["rse"].as<std::string>());
+    }
     if (result.bound_violations > 0)
         fmt::print(stderr, "warning: {} bounds were exceeded: the result is biased\n", result.bound_violations);
     if (!line.common().quiet) {

@@ -105,6 +105,17 @@ TEST_F(FluenceProgram, LightThatCannotGetOutEndsAndIsSaidToBeCut) {
     });
 }
 
+TEST_F(FluenceProgram, SaysWhenThePhotonsWereTooFewForThePrecisionAskedFor) {
+    write("scene.toml", kMilk + kPencil);
+    expect_rows({
+        {"too few",
+         {"fluence", "scene.toml", "--photons", "3000", "--rse", "1e-4", "-q"},
+         0,
+         "^warning: 3000 photons were not enough for the relative standard error asked for \\(--rse 1e-4\\)"},
+    });
+    EXPECT_EQ(run({"fluence", "scene.toml", "--rse", "0.1", "-q"}).err, "");
+}
+
 TEST_F(FluenceProgram, SameSeedGivesTheSameBudgetForAnyNumberOfThreads) {
     write("scene.toml", kMilk + kPencil);
     expect_rows({

@@ -235,6 +235,25 @@ double z_of_emission(const FluenceResult& result, double expected) {
     return (value - expected) / std::hypot(front[1].standard_error, front[2].standard_error);
 }
 
+// A half space in a half space, both of which are infinite: the inner index holds, in whatever order they are written.
+TEST(Fluence, OfNestedHalfSpacesTheInnerIndexHolds) {
+    const auto fresnel = [](double a, double b) { return std::pow((b - a) / (b + a), 2); };
+    const double outer = fresnel(1, 1.1);
+    const double inner = fresnel(1.1, 3);
+    const double there_and_back = std::exp(-2 * 0.5);
+    const double expected = (1 - outer) * (1 - outer) * inner * there_and_back / (1 - outer * inner * there_and_back);
+    SceneMedium thin = host(SlabRegion{2, 0}, 0, 0.5);
+    SceneMedium dense = host(SlabRegion{2, 1}, 0, 5);
+    thin.refractive_index = 1.1;
+    dense.refractive_index = 3;
+    for (const bool inner_first : {false, true}) {
+        const std::vector<SceneMedium> media =
+            inner_first ? std::vector<SceneMedium>{dense, thin} : std::vector<SceneMedium>{thin, dense};
+        const FluenceResult result = trace(scene_of(media, pencil({0, 0, -1}, {0, 0, 1})), 100000);
+        EXPECT_LT(std::abs(z(result.share.excitation.escaped[4][1], expected)), 5) << inner_first;
+    }
+}
+
 TEST(Fluence, CascadeOfFluorescenceIsExtraAlbedo) {
     const double excitation = 0.4149474791;
     const FluenceResult all = cascade(0.9, std::nullopt);

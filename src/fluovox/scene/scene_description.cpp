@@ -39,11 +39,13 @@ void require_nested(const SceneDescription& scene) {
             const MediumDescription& a = scene.media[j];
             const MediumDescription& b = scene.media[i];
             if (!a.refractive_index || !b.refractive_index || a.grid || b.grid) continue;
-            if (*a.refractive_index == *b.refractive_index || nested_or_apart(a.region, b.region)) continue;
+            if (*a.refractive_index == *b.refractive_index) continue;
+            const char* const conflict = index_conflict(a.region, b.region);
+            if (conflict == nullptr) continue;
             throw SceneError(b.where,
-                             fmt::format("\"{}\" and \"{}\" overlap in part, with different refractive indices ({} and "
-                                         "{}); put one wholly inside the other, or let them only touch",
-                                         a.name, b.name, *a.refractive_index, *b.refractive_index));
+                             fmt::format("\"{}\" and \"{}\" {}, with different refractive indices ({} and {}); put one "
+                                         "wholly inside the other, or let them only touch",
+                                         a.name, b.name, conflict, *a.refractive_index, *b.refractive_index));
         }
     }
 }

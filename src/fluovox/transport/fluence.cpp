@@ -261,8 +261,10 @@ public:
             if (!settings_.relative_error) continue;
             const EnergyBudget budget = budgets(means_.estimates(1), 0);
             if (known_well(budget.excitation, *settings_.relative_error) &&
-                known_well(budget.emission, *settings_.relative_error))
+                known_well(budget.emission, *settings_.relative_error)) {
+                precise_ = true;
                 break;
+            }
             round = std::min<std::int64_t>(4 * kRoundBatch, done_ / batch_ / 2 + 1);
         }
         return result(progress.stopped());
@@ -375,6 +377,7 @@ private:
         result.share = budgets(shares, 0);
         result.mean_path_um = mean_path_um(shares);
         result.watts = budgets(means_.estimates(source_.photons_per_s()), 1);
+        result.precise = precise_ || !settings_.relative_error;
         result.stopped = stopped;
         for (const auto& worker : workers_) {
             result.bound_violations += worker->tracer.bound_violations();
@@ -437,6 +440,7 @@ private:
     std::vector<std::size_t> own_lattice_;  // of each medium; the first where it has none
     BatchMeans means_;
     std::int64_t batch_ = 1, done_ = 0;
+    bool precise_ = false;  // as asked for
     tbb::enumerable_thread_specific<std::unique_ptr<Worker>> workers_;
 };
 

@@ -34,6 +34,7 @@ struct FluenceResult {
     std::vector<BrickField> grids;
     std::int64_t bound_violations = 0;
     std::int64_t scatterings = 0;
+    bool precise = true;   ///< false where `relative_error` was asked for and not reached
     bool stopped = false;  ///< by the user, before all was done
 };
 

@@ -93,13 +93,14 @@ void PhotonSpace::require_nested(const Scene& scene) const {
             const Surface& a = surfaces_[i];
             const Surface& b = surfaces_[j];
             if (a.index == 0 || b.index == 0 || a.index == b.index) continue;
-            if (nested_or_apart(a.region, b.region)) continue;
+            const char* const conflict = index_conflict(a.region, b.region);
+            if (conflict == nullptr) continue;
             const auto at = static_cast<std::size_t>(b.medium);
             throw SceneError(place(scene, at),
-                             fmt::format("\"{}\" and \"{}\" overlap in part, with different refractive indices ({} and "
-                                         "{}); put one wholly inside the other, or let them only touch",
+                             fmt::format("\"{}\" and \"{}\" {}, with different refractive indices ({} and {}); put one "
+                                         "wholly inside the other, or let them only touch",
                                          scene.media[static_cast<std::size_t>(a.medium)].name, scene.media[at].name,
-                                         a.index, b.index));
+                                         conflict, a.index, b.index));
         }
     }
 }
@@ -146,12 +147,20 @@ Vec3 PhotonSpace::normal(Inside changed, Vec3 position_um) const {
     return shape == nullptr ? Vec3{0, 0, 1} : surface_normal(shape->region, position_um);
 }
 
+// Of two that are nested. Infinite ones cannot be told by their volume.
+bool PhotonSpace::is_inner(const Surface& a, const Surface& b) {
+    const auto* const slab_a = std::get_if<SlabRegion>(&a.region);
+    const auto* const slab_b = std::get_if<SlabRegion>(&b.region);
+    if (slab_a == nullptr || slab_b == nullptr) return a.volume < b.volume;
+    return nesting_of(a.region, b.region) == Nesting::FirstInSecond;
+}
+
 double PhotonSpace::refractive_index(Inside inside) const {
     const Surface* inner = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const Surface& surface = surfaces_[i];
         if ((inside & bit(i)) == 0 || surface.index == 0) continue;
-        if (inner == nullptr || surface.volume < inner->volume) inner = &surface;
+        if (inner == nullptr || is_inner(surface, *inner)) inner = &surface;
     }
     return inner == nullptr ? 1 : inner->index;
 }

@@ -56,6 +56,7 @@ private:
 
     void add(const Scene& scene, std::size_t medium);
     void require_nested(const Scene& scene) const;
+    static bool is_inner(const Surface& a, const Surface& b);
 
     const Scene* scene_;
     std::vector<Surface> surfaces_;

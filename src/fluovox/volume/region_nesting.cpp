@@ -53,21 +53,37 @@ bool finite(const Region& region) {
 
 }  // namespace
 
-bool nested_or_apart(const Region& a, const Region& b) {
-    if (std::holds_alternative<Everywhere>(a) || std::holds_alternative<Everywhere>(b)) return true;
+Nesting nesting_of(const Region& a, const Region& b) {
+    const auto nesting = [](bool a_in_b, bool b_in_a, bool apart) {
+        if (a_in_b && b_in_a) return Nesting::Equal;
+        if (a_in_b || b_in_a) return a_in_b ? Nesting::FirstInSecond : Nesting::SecondInFirst;
+        return apart ? Nesting::Apart : Nesting::Partial;
+    };
+    const bool everywhere_a = std::holds_alternative<Everywhere>(a);
+    const bool everywhere_b = std::holds_alternative<Everywhere>(b);
+    if (everywhere_a || everywhere_b) return nesting(everywhere_b, everywhere_a, false);
     const auto* slab_a = std::get_if<SlabRegion>(&a);
     const auto* slab_b = std::get_if<SlabRegion>(&b);
     if (slab_a != nullptr && slab_b != nullptr) {
-        if (slab_a->axis != slab_b->axis) return false;
-        const bool apart = slab_a->max <= slab_b->min || slab_b->max <= slab_a->min;
-        const bool a_in_b = slab_a->min >= slab_b->min && slab_a->max <= slab_b->max;
-        const bool b_in_a = slab_b->min >= slab_a->min && slab_b->max <= slab_a->max;
-        return apart || a_in_b || b_in_a;
+        if (slab_a->axis != slab_b->axis) return Nesting::Partial;
+        return nesting(slab_a->min >= slab_b->min && slab_a->max <= slab_b->max,
+                       slab_b->min >= slab_a->min && slab_b->max <= slab_a->max,
+                       slab_a->max <= slab_b->min || slab_b->max <= slab_a->min);
     }
     const Share a_in_b = finite(a) ? share_inside(a, b) : Share::None;
     const Share b_in_a = finite(b) ? share_inside(b, a) : Share::None;
-    if (a_in_b == Share::All || b_in_a == Share::All) return true;
-    return a_in_b == Share::None && b_in_a == Share::None;
+    return nesting(a_in_b == Share::All, b_in_a == Share::All, a_in_b == Share::None && b_in_a == Share::None);
+}
+
+const char* index_conflict(const Region& a, const Region& b) {
+    switch (nesting_of(a, b)) {
+        case Nesting::Partial:
+            return "overlap in part";
+        case Nesting::Equal:
+            return "fill the same space";
+        default:
+            return nullptr;
+    }
 }
 
 }  // namespace fluovox

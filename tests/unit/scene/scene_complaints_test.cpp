@@ -198,6 +198,9 @@ TEST_F(SceneComplaints, RegionsOfDifferentIndexMustNotOverlapInPart) {
                      second + " } }"));
     };
     EXPECT_EQ(two("radius = \"5 um\""), "no complaint");
+    EXPECT_NE(two("radius = \"10 um\"").find("\"host1\" and \"host2\" fill the same space, with different"),
+              std::string::npos)
+        << "which of the two holds?";
     EXPECT_EQ(
         complaint(with(kScene, "region     = \"everywhere\"",
                        "refractive_index = 1.4\nregion = { slab = { axis = \"z\", min = \"0 um\", max = \"10 um\" "
