@@ -163,8 +163,9 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     save_preview(preview, make_preview(result.film, scene.description.film));
 
     const RenderedImage image = make_image(result.film, scene.description.film, provenance);
-    if (is_dark(result.film)) {
-        warn(line.common(), scene.dyes.empty() ? "the image is black" : "the image has no fluorescence");
+    const bool converts = !scene.dyes.empty() && scene.description.render.fluorescence_orders != 0;
+    if (is_dark(result.film, converts ? kFluorescenceLayer : kTotalLayer)) {
+        warn(line.common(), converts ? "the image has no fluorescence" : "the image is black");
         for (const std::string& reason : reasons_for_darkness(scene))
             warn(line.common(), reason);
     }

@@ -73,7 +73,12 @@ PixelRegion parse_region(const CommandLine& command, const RenderedImage& image)
 }
 
 int chosen_layer(const CommandLine& command, const RenderedImage& image) {
-    if (command.values().count("layer") == 0) return image.display_layer();
+    if (command.values().count("layer") == 0) {
+        const int layer = image.display_layer();
+        if (layer == 0 && image.layer(kFluorescenceLayer) >= 0 && !command.common().quiet)
+            std::cerr << "fluovox: note: the image has no fluorescence; this is all of its light\n";
+        return layer;
+    }
     const auto name = command.values()["layer"].as<std::string>();
     const int layer = image.layer(name);
     if (layer < 0) {

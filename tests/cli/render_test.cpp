@@ -114,6 +114,20 @@ TEST_F(RenderTest, WarnsOfWhatMayBeAMistake) {
     });
 }
 
+TEST_F(RenderTest, WithoutConversionsTheElasticLightIsShown) {
+    write("scene.toml", kScene);
+    expect_rows({
+        {"nothing is amiss",
+         {"render", "scene.toml", "-o", "e.exr", "--set", "render.fluorescence_orders=0", "--samples", "64"},
+         0,
+         "^note: estimator path, since no light is to be converted\n12 x 8 pixels, 64 samples each, estimator path, .*"
+         "median relative error [1-9]"},
+        {"nor with its spectrum", {"spectrum", "e.exr", "-o", "e.csv"}, 0, "no fluorescence; this is all of its light"},
+    });
+    const std::string csv = read("e.csv");
+    EXPECT_GT(std::stod(csv.substr(csv.find("\n490,") + 5)), 0) << csv;  // the laser's bin
+}
+
 TEST_F(RenderTest, EmptyAndImpossibleGridsAreTold) {
     write("box.off", "OFF\n4 4 0\n0 0 0\n90 0 0\n0 90 0\n0 0 90\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
     const auto made = run({"voxelize", "box.off", "-o", "box.vdb", "--dye", "EGFP=5uM", "--voxel-size", "5um"});

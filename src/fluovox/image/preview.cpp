@@ -171,10 +171,17 @@ Source source_of(const RenderedImage& image) {
     return {image.width, image.height, image.film, value, is_known};
 }
 
+int display_layer(const Film& film) {
+    const int fluorescence = std::max(0, film.layer(kFluorescenceLayer));
+    for (int pixel = 0; pixel < film.pixels(); ++pixel)
+        if (film.mean_of_all(fluorescence, pixel) != 0) return fluorescence;
+    return 0;
+}
+
 }  // namespace
 
 Preview make_preview(const Film& film, const FilmSpec& spec) {
-    const int layer = std::max(0, film.layer(kFluorescenceLayer));
+    const int layer = display_layer(film);
     const auto is_known = [&film, layer](int pixel) {
         const double mean = film.mean_of_all(layer, pixel);
         return 4 * film.variance_of_mean_of_all(layer, pixel) < mean * mean;

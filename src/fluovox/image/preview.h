@@ -20,7 +20,7 @@ struct Preview {
     std::string exposure;    ///< what full brightness stands for: "true colour, white = 2.5e-05", "green = 12, red = 3"
 };
 
-/// Shows the fluorescence where there is a dye, otherwise all light. A spectrometer's image appears in its true colour
+/// Shows the fluorescence where there is any, otherwise all light. A spectrometer's image appears in its true colour
 /// (CIE 1931) where the eye sees enough of it, otherwise (near infrared) as grey; detector channels each in the colour
 /// of its wavelength, or in false colours where these are too close, each exposed by itself. Full brightness is
 /// the 97th percentile of the pixels that have light, but for those that a single bright sample made.

@@ -15,7 +15,10 @@ int RenderedImage::layer(const std::string& name) const {
 }
 
 int RenderedImage::display_layer() const {
-    return std::max(0, layer(kFluorescenceLayer));
+    const int fluorescence = std::max(0, layer(kFluorescenceLayer));
+    for (std::size_t pixel = 0; pixel < pixels(); ++pixel)
+        if (mean_of_all(fluorescence, pixel) != 0) return fluorescence;
+    return 0;
 }
 
 double variance_unit(const Film& film) {

@@ -43,7 +43,7 @@ struct RenderedImage {
     std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
     /// Index of a layer, or -1.
     int layer(const std::string& name) const;
-    /// The layer that shows the dyes: "fluorescence" where there is one, otherwise "total".
+    /// The layer that shows the dyes: "fluorescence" where it has any light, otherwise "total".
     int display_layer() const;
     /// One value for each pixel.
     std::span<const float> mean_plane(int layer, int channel) const { return plane(means, layer, channel); }

@@ -106,8 +106,8 @@ void look_at(const Scene& scene, const SceneMedium& medium, std::vector<std::str
 
 }  // namespace
 
-bool is_dark(const Film& film) {
-    const int layer = std::max(0, film.layer(kFluorescenceLayer));
+bool is_dark(const Film& film, const char* name) {
+    const int layer = std::max(0, film.layer(name));
     for (int pixel = 0; pixel < film.pixels(); ++pixel) {
         for (int channel = 0; channel < film.channels(); ++channel) {
             if (film.mean(layer, pixel, channel) != 0) return false;

@@ -8,8 +8,9 @@
 
 namespace fluovox {
 
-/// True when no pixel of the film received anything in the layer that shows the dyes (or any light, without dyes).
-bool is_dark(const Film& film);
+/// True when no pixel of the film received anything in a layer: by default that which shows the dyes (without dyes, or
+/// without the layer, any light).
+bool is_dark(const Film& film, const char* layer = kFluorescenceLayer);
 
 /// Why an image of this scene may be black: what misses what, by how much. A sentence for each reason found.
 std::vector<std::string> reasons_for_darkness(const Scene& scene);

@@ -59,14 +59,14 @@ EstimatorChoice chosen_estimator(const Scene& scene) {
         scatters = scatters || !is_zero(medium.scattering);
         refracts = refracts || medium.refractive_index;
         if (medium.dye < 0) continue;
-        glows = true;
+        glows = render.fluorescence_orders != 0;
         finite = finite && (medium.grid ? medium.grid->background() == 0
                                         : std::isfinite(length(bounds_of(medium.region).size())));
     }
     const bool limited = render.max_scatterings && *render.max_scatterings > 0;
     if (refracts && glows) return {"cached", "surfaces refract"};
     if (!path_shows_all_lights(scene)) return {"light", "paths from the camera cannot show every light here"};
-    if (!glows) return {"path", "there is no dye"};
+    if (!glows) return {"path", scene.dyes.empty() ? "there is no dye" : "no light is to be converted"};
     if (!scatters) return {"path", "nothing scatters"};
     if (!finite) return {"path", "a dye is infinite"};
     if (limited) return {"path", "the number of scatterings is limited"};
