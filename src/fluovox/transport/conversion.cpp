@@ -143,6 +143,34 @@ void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes&
     add_glow((1 / excitation->probability) * weight, excitation->wavelength_nm, fluence, here, result);
 }
 
+// A wavelength in proportion to what the dyes here, by their weights, would take of each other's light.
+Excitation PathTracer::excitation_by_dyes(const std::vector<double>& weights, Rng& rng) const {
+    const std::size_t dyes = scene_->dyes.size();
+    Excitation excitation;
+    double total = 0;
+    for (std::size_t a = 0; a < dyes; ++a) {
+        for (const Spectrum& overlap : dye_to_dye_[a])
+            total += weights[a] * overlap.integral();
+    }
+    if (!(total > 0)) return excitation;
+    double left = rng.uniform() * total;
+    const Spectrum* chosen = nullptr;
+    for (std::size_t a = 0; a < dyes && left >= 0; ++a) {
+        for (const Spectrum& overlap : dye_to_dye_[a]) {
+            if (weights[a] * overlap.integral() <= 0) continue;
+            chosen = &overlap;
+            left -= weights[a] * overlap.integral();
+            if (left < 0) break;
+        }
+    }
+    excitation.wavelength_nm = chosen->sample(rng.uniform());
+    for (std::size_t a = 0; a < dyes; ++a) {
+        for (const Spectrum& overlap : dye_to_dye_[a])
+            excitation.probability += weights[a] * overlap(excitation.wavelength_nm) / total;
+    }
+    return excitation;
+}
+
 // Light that another conversion made: a wavelength that some dye emits and one of those here absorbs.
 void PathTracer::excite_by_dyes(const Stretch& path, double t_um, const PathTask& task, const Lanes& weight,
                                 std::size_t depth, Rng& rng, PathRadiance& result) {
@@ -154,30 +182,7 @@ void PathTracer::excite_by_dyes(const Stretch& path, double t_um, const PathTask
         roulette = 1 / kGoOn;
     }
     Level& here = level(depth);
-    const std::size_t dyes = scene_->dyes.size();
-    double total = 0;
-    for (std::size_t a = 0; a < dyes; ++a) {
-        for (const Spectrum& overlap : dye_to_dye_[a])
-            total += here.weights[a] * overlap.integral();
-    }
-    if (!(total > 0)) return;
-    double left = rng.uniform() * total;
-    const Spectrum* chosen = nullptr;
-    for (std::size_t a = 0; a < dyes && left >= 0; ++a) {
-        for (const Spectrum& overlap : dye_to_dye_[a]) {
-            if (here.weights[a] * overlap.integral() <= 0) continue;
-            chosen = &overlap;
-            left -= here.weights[a] * overlap.integral();
-            if (left < 0) break;
-        }
-    }
-    Excitation excitation;
-    excitation.wavelength_nm = chosen->sample(rng.uniform());
-    for (std::size_t a = 0; a < dyes; ++a) {
-        for (const Spectrum& overlap : dye_to_dye_[a]) {
-            excitation.probability += here.weights[a] * overlap(excitation.wavelength_nm) / total;
-        }
-    }
+    const Excitation excitation = excitation_by_dyes(here.weights, rng);
     if (!(excitation.probability > 0)) return;
     PathTask& onward = here.task;
     onward.optics = &excitation_optics(excitation, here);
@@ -186,7 +191,7 @@ void PathTracer::excite_by_dyes(const Stretch& path, double t_um, const PathTask
     onward.scatterings = path.scatterings;
     onward.pdf_start_per_sr = 0;
     here.radiance.elastic = {};
-    here.radiance.by_dye.assign(dyes, Lanes{});
+    here.radiance.by_dye.assign(scene_->dyes.size(), Lanes{});
     const Vec3 direction = sample_isotropic(rng.uniform(), rng.uniform());
     trace({path.ray.at(t_um), direction}, onward, depth + 1, rng, here.radiance);
     const double fluence = kSphere_sr * here.radiance.converted()[0];

@@ -106,11 +106,11 @@ void look_at(const Scene& scene, const SceneMedium& medium, std::vector<std::str
 
 }  // namespace
 
-bool is_dark(const Film& film, const char* name) {
-    const int layer = std::max(0, film.layer(name));
+bool is_dark(const Film& film, const char* layer) {
+    const int index = std::max(0, film.layer(layer));
     for (int pixel = 0; pixel < film.pixels(); ++pixel) {
         for (int channel = 0; channel < film.channels(); ++channel) {
-            if (film.mean(layer, pixel, channel) != 0) return false;
+            if (film.mean(index, pixel, channel) != 0) return false;
         }
     }
     return true;

@@ -129,6 +129,7 @@ private:
                           PathRadiance& result);
     void excite_by_dyes(const Stretch& path, double t_um, const PathTask& task, const Lanes& weight, std::size_t depth,
                         Rng& rng, PathRadiance& result);
+    Excitation excitation_by_dyes(const std::vector<double>& weights, Rng& rng) const;
     bool find_dye(const Stretch& path, double t_um, Level& level, Rng& rng);
     double direct_fluence(Vec3 position, std::size_t light, const Excitation& excitation, const PathOptics& optics,
                           Level& level, Rng& rng);
