@@ -66,12 +66,11 @@ struct RelativeErrors {
 
 /// Medians of the relative standard error of brightness (the mean over channels of the layer that previews show), over
 /// the pixels that have light and over the brightest tenth of all.
-RelativeErrors median_relative_errors(const RenderedImage& image) {
-    const int layer = image.display_layer();
+RelativeErrors median_relative_errors(const Film& film, int layer) {
     std::vector<std::pair<double, double>> pixels;  // brightness, error
-    for (std::size_t p = 0; p < image.pixels(); ++p) {
-        const double mean = image.mean_of_all(layer, p);
-        if (mean > 0) pixels.emplace_back(mean, std::sqrt(image.variance_of_all(layer, p)) / mean);
+    for (int p = 0; p < film.pixels(); ++p) {
+        const double mean = film.mean_of_all(layer, p);
+        if (mean > 0) pixels.emplace_back(mean, std::sqrt(film.variance_of_mean_of_all(layer, p)) / mean);
     }
     std::sort(pixels.begin(), pixels.end(), std::greater<>());
     const auto median_of = [&](std::size_t count) {
@@ -83,7 +82,8 @@ RelativeErrors median_relative_errors(const RenderedImage& image) {
         std::nth_element(errors.begin(), middle, errors.end());
         return *middle;
     };
-    return {median_of(pixels.size()), median_of(std::max<std::size_t>(1, image.pixels() / 10))};
+    return {median_of(pixels.size()),
+            median_of(std::max(std::size_t{1}, static_cast<std::size_t>(film.pixels()) / 10))};
 }
 
 }  // namespace
@@ -174,7 +174,7 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     if (image.bound_violations > 0)
         warn(line.common(), fmt::format("{} bounds were exceeded: the image is biased", image.bound_violations));
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const RelativeErrors error = median_relative_errors(image);
+    const RelativeErrors error = median_relative_errors(result.film, image.display_layer());
     if (line.common().json) {
         const nlohmann::ordered_json json = {
             {"outputs", {output.string(), preview.string()}},

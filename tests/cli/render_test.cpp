@@ -114,6 +114,30 @@ TEST_F(RenderTest, WarnsOfWhatMayBeAMistake) {
     });
 }
 
+TEST_F(RenderTest, ErrorsOfVeryFaintLightAreNoLargerThanIt) {
+    // Dye far out in a Gaussian beam, and a little in its middle: one sample of eight that has light means 100 %,
+    // however little that is.
+    std::string faint = R"([[medium]]
+dye           = "EGFP"
+concentration = "10 uM"
+region        = { sphere = { center = ["31 um", "9 um", "0 um"], radius = "8 um" } }
+[[medium]]
+dye           = "EGFP"
+concentration = "10 uM"
+region        = { sphere = { center = ["31 um", "110 um", "0 um"], radius = "50 um" } }
+)" + kScene.substr(kScene.find("[[light]]"));
+    faint.erase(faint.find("[[light]]\nkind      = \"point\""),
+                faint.find("[camera]") - faint.find("[[light]]\nkind      = \"point\""));
+    faint.replace(faint.find("\"50 um\"", faint.find("radius     =")), 7, "\"10 um\"");
+    write("faint.toml", faint);
+    const auto result = run({"render", "faint.toml", "-o", "f.exr", "--json", "--set", "render.estimator=path"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const std::string key = "\"median_relative_error\": ";
+    const double error = std::stod(result.out.substr(result.out.find(key) + key.size()));
+    EXPECT_GT(error, 0);
+    EXPECT_LE(error, 1.0001);
+}
+
 TEST_F(RenderTest, WithoutConversionsTheElasticLightIsShown) {
     write("scene.toml", kScene);
     expect_rows({
