@@ -1,6 +1,7 @@
 // Photons from the lights and paths from the camera give the same images.
 
 #include "fluovox/transport/render.h"
+#include "fluovox/volume/sparse_grid_builder.h"
 
 #include "scene_kit.h"
 #include "statistics.h"
@@ -169,6 +170,18 @@ TEST(LightEstimator, KnowsTheErrorOfItsWholeImage) {
         EXPECT_NEAR(true_variance / claimed, 1, five_sigma) << estimator;
         EXPECT_GT(true_variance / apart, 1 + five_sigma) << estimator << ": the twin, as if pixels were independent";
     }
+}
+
+TEST(LightEstimator, ADyeInTheBackgroundOfAGridIsLikeOneEverywhere) {
+    Scene scene = lit_box(lamp(), 0.2);
+    scene.media = {dye_in(SparseGridBuilder(2).finish({}, 0), 0)};
+    const Film in_grid = image(scene, "light", 20000);
+    scene.media = {dye_in(Everywhere{}, 0, 2)};
+    EXPECT_LT(std::abs(disagreement(in_grid, image(scene, "light", 20000))), 5);
+    EXPECT_GT(std::abs(disagreement(in_grid, image(scene, "light", 20000), 1.05)), 5) << "the twin";
+    // However thin: photons need not stop at every voxel of a way without end.
+    scene.media = {dye_in(SparseGridBuilder(1e-12F).finish({}, 0), 0)};
+    EXPECT_EQ(image(scene, "light", 1).nan_count(), 0);
 }
 
 TEST(LightEstimator, NamesFluenceWhereASurfaceRefracts) {

@@ -16,19 +16,24 @@ bool in_some_band(const FilterDescription& filter, double wavelength_nm) {
                        [&](const auto& band) { return wavelength_nm >= band.from_nm && wavelength_nm <= band.to_nm; });
 }
 
+// Where a channel begins and ends, and where the filter's bands do within it.
+std::vector<double> edges_of(const FilmChannel& channel, const std::optional<FilterDescription>& filter) {
+    std::vector<double> edges = {channel.response.first_nm(), channel.response.last_nm()};
+    if (!filter) return edges;
+    for (const auto& band : filter->bands) {
+        for (const double edge : {band.from_nm, band.to_nm}) {
+            if (edge > edges.front() && edge < edges.back()) edges.insert(edges.end() - 1, edge);
+        }
+    }
+    std::sort(edges.begin(), edges.end());
+    return edges;
+}
+
 // The ranges of the channels, cut where the filter begins or ends, without the pieces that it blocks.
 Ranges ranges_seen(const std::vector<FilmChannel>& channels, const std::optional<FilterDescription>& filter) {
     Ranges ranges;
     for (const FilmChannel& channel : channels) {
-        std::vector<double> edges = {channel.response.first_nm(), channel.response.last_nm()};
-        if (filter) {
-            for (const auto& band : filter->bands) {
-                for (const double edge : {band.from_nm, band.to_nm}) {
-                    if (edge > edges.front() && edge < edges.back()) edges.insert(edges.end() - 1, edge);
-                }
-            }
-            std::sort(edges.begin(), edges.end());
-        }
+        const std::vector<double> edges = edges_of(channel, filter);
         for (std::size_t i = 1; i < edges.size(); ++i) {
             const double middle = 0.5 * (edges[i - 1] + edges[i]);
             if (!filter || in_some_band(*filter, middle) == filter->passes) ranges.emplace_back(edges[i - 1], edges[i]);

@@ -111,7 +111,8 @@ private:
                 depth -= rate * (segment.end - t);
                 if (!walk.next(segment)) break;
                 t = segment.begin;
-                rate = std::max(rate_per_bound * segment.bound, least_rate);
+                rate = rate_per_bound * segment.bound;
+                if (segment.end < kFar) rate = std::max(rate, least_rate);  // a background may go on for ever
             }
             t = kFar;
         }
