@@ -1,6 +1,9 @@
 // Excitation kept by voxel gives the image that the unbiased estimators give.
 
 #include "fluovox/transport/excitation_cache.h"
+#include "fluovox/transport/fluence.h"
+#include "fluovox/transport/photon_source.h"
+#include "fluovox/transport/photon_space.h"
 #include "fluovox/transport/render.h"
 
 #include "scene_kit.h"
@@ -11,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 namespace fluovox {
@@ -135,6 +139,46 @@ TEST(CachedEstimator, HasTheTotalOfPlainPathsThatScoreAtCollisions) {
     EXPECT_GT(plain.z(1.2), 5) << "20 % too much is found out";
     scene.media[1].region = SphereRegion{{50, 50, 50}, 60};
     EXPECT_THROW(image(scene, "collision", 1), SceneError) << "some dye is beside the tissue";
+}
+
+/// Of the photons of a pencil of light, how many the dye of a grid absorbs, by the cache.
+RunningMean cached_absorption(Scene scene, int renders, std::int64_t photons) {
+    RunningMean absorbed;
+    for (int render = 0; render < renders; ++render) {
+        scene.description.render.seed = static_cast<std::uint64_t>(render + 1);
+        ExcitationCache cache(scene);
+        NoProgress progress;
+        cache.fill(photons, 0, progress);
+        double sum = 0;
+        for (std::size_t brick = 0; brick < cache.lattice(1).bricks.size(); ++brick) {
+            for (int in_brick = 0; in_brick < 512; ++in_brick)
+                sum += cache.absorbed_per_s(1, brick, in_brick);
+        }
+        absorbed.add(sum / PhotonSource(scene, PhotonSpace(scene)).photons_per_s());
+    }
+    return absorbed;
+}
+
+// Light that fades within a voxel of dye that is not even.
+TEST(CachedEstimator, KeepsAsManyPhotonsAsAreAbsorbed) {
+    Affine world_from_index;
+    for (Vec3& row : world_from_index.rows)
+        row = 10.0 * row;
+    SparseGrid dye = SparseGrid::from_function({3, 3, 3}, {8, 8, 8}, world_from_index,
+                                               [](Voxel v) { return (v.x + v.y + v.z) % 2 == 0 ? 3.0 : 0.5; });
+    BeamLight pencil;
+    pencil.position = pencil.waist = {-10, 50, 50};
+    pencil.direction = {1, 0, 0};
+    Scene scene = in_tissue(dye_in(std::move(dye), 0), laser(pencil, 488, 1e-3));
+    scene.media[0].scattering = 0.1;
+    const RunningMean cached = cached_absorption(scene, 20, 20000);
+    FluenceSettings settings;
+    settings.photons = 400000;
+    NoProgress progress;
+    const Estimate absorbed = trace_fluence(scene, settings, progress).share.excitation.absorbed[1];
+    const double error = std::hypot(cached.standard_error(), absorbed.standard_error);
+    EXPECT_LT(std::abs(cached.mean - absorbed.value), 5 * error);
+    EXPECT_GT(1.02 * cached.mean - absorbed.value, 5 * error) << "2 % too much is found out";
 }
 
 TEST(CachedEstimator, KeepsTheGlowOfOtherDyes) {

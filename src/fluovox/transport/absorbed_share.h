@@ -15,4 +15,13 @@ inline double absorbed_share(double depth) {
     return depth * (1 - depth * 0.5 * (1 - depth * kThird * inner));
 }
 
+/// -log(1 - share), the depth that absorbs this share, likewise.
+inline double depth_of_share(double share) {
+    if (share > 0.03) return -std::log1p(-share);
+    constexpr double kThird = 1.0 / 3;
+    constexpr double kFifth = 1.0 / 5;
+    constexpr double kSixth = 1.0 / 6;
+    return share * (1 + share * (0.5 + share * (kThird + share * (0.25 + share * (kFifth + share * kSixth)))));
+}
+
 }  // namespace fluovox

@@ -1,7 +1,9 @@
 #include "fluovox/transport/excitation_cache.h"
 
+#include "fluovox/optics/light_emission.h"
 #include "fluovox/optics/light_sampling.h"
 #include "fluovox/transport/endless.h"
+#include "fluovox/transport/film_response.h"
 #include "fluovox/transport/photon_tracer.h"
 
 #include <fmt/format.h>
@@ -38,18 +40,19 @@ public:
         set_wavelength(photon.wavelength_nm);
     }
     void emission(const Photon& photon) { set_wavelength(photon.wavelength_nm); }
-    void flight(const Photon& photon, const Flight& flight, const Zone& zone) {
-        if (photon.order == 0 && photon.scatterings == 0 && left_out_) return;
+    bool surveys(const Photon& photon) const { return photon.order > 0 || photon.scatterings > 0 || !left_out_; }
+    void survey(const Photon& /*photon*/, const Flight& flight, double extinction) {
         for (std::size_t l = 0; l < tallies_->size(); ++l) {
             if (shares_[l].empty()) continue;
             const std::vector<int>& media = (*media_)[l];
             const auto uM = [&](const VoxelTally::Share& share, Vec3 place) {
                 return tapped_uM(static_cast<std::size_t>(media[static_cast<std::size_t>(share.field)]), place);
             };
-            (*tallies_)[l].add_flight(flight.ray, flight.length_um, flight.weight, zone.absorption, shares_[l], uM,
+            (*tallies_)[l].add_flight(flight.ray, flight.length_um, flight.weight, extinction, shares_[l], uM,
                                       voxel_rng_);
         }
     }
+    void flight(const Photon& /*photon*/, const Flight& /*flight*/, const Zone& /*zone*/) {}
     void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/) {}
     void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/, Vec3 /*position*/) {}
     void converted(const Photon& /*photon*/, int /*dye*/, double /*absorbed*/, double /*reemitted*/) {}
@@ -119,6 +122,26 @@ PhotonLimits limits_of(const RenderDescription& render, const std::vector<bool>&
     return limits;
 }
 
+// About what the camera gets of a photon of each light by way of the dyes.
+std::vector<double> worth_per_photon(const Scene& scene) {
+    constexpr int kWavelengths = 64;
+    const FilmResponse film(scene.description.film, scene.description.render.filter);
+    std::vector<double> seen;
+    for (const Dye& dye : scene.dyes)
+        seen.push_back(dye.quantum_yield * film.seen_part(dye.emission_per_nm).integral());
+    std::vector<double> worth;
+    for (const Light& light : scene.lights) {
+        Rng rng(scene.description.render.seed, 0, 0);
+        double& sum = worth.emplace_back(0);
+        for (int i = 0; i < kWavelengths; ++i) {
+            const double nm = sample_emitted_wavelength(light, rng);
+            for (std::size_t d = 0; d < scene.dyes.size(); ++d)
+                sum += seen[d] * absorption_per_um_per_uM(scene.dyes[d], nm);
+        }
+    }
+    return worth;
+}
+
 VoxelLattice lattice_of_region(const Scene& scene, std::size_t medium) {
     const Bounds box = bounds_of(scene.media[medium].region);
     const RenderDescription& render = scene.description.render;
@@ -150,6 +173,7 @@ ExcitationCache::ExcitationCache(const Scene& scene)
       direct_(direct_lights(scene, space_)),
       limits_(limits_of(scene.description.render, direct_)) {
     require_an_end(scene, travelling_wavelengths_nm(scene));
+    source_.favour(worth_per_photon(scene));
     places_.resize(scene.media.size());
     for (std::size_t m = 0; m < scene.media.size(); ++m) {
         const SceneMedium& medium = scene.media[m];

@@ -43,18 +43,30 @@ PhotonSource::PhotonSource(const Scene& scene, const PhotonSpace& space) : light
     if (!(total_ > 0)) throw SceneError(place, "no light sends out any photons; give the scene a light with power");
 }
 
+void PhotonSource::favour(const std::vector<double>& worth_per_photon) {
+    double worth = 0;
+    for (std::size_t i = 0; i < rates_.size(); ++i)
+        worth += rates_[i] * worth_per_photon[i];
+    if (!(worth > 0)) return;
+    shares_.clear();
+    for (std::size_t i = 0; i < rates_.size(); ++i)
+        shares_.push_back(0.5 * rates_[i] / total_ + 0.5 * rates_[i] * worth_per_photon[i] / worth);
+}
+
 Photon PhotonSource::launch(Rng& rng, std::size_t& light) const {
     light = 0;
+    const std::vector<double>& likely = shares_.empty() ? rates_ : shares_;
     if (rates_.size() > 1) {
-        double left = rng.uniform() * total_;
+        double left = rng.uniform() * (shares_.empty() ? total_ : 1);
         for (std::size_t i = 0; i < rates_.size(); ++i) {
             if (rates_[i] <= 0) continue;
             light = i;
-            left -= rates_[i];
+            left -= likely[i];
             if (left < 0) break;
         }
     }
     Photon photon;
+    if (!shares_.empty()) photon.weight = photon.start_weight = rates_[light] / (total_ * shares_[light]);
     photon.ray = sample_emission(lights_[light], space_->bounds(), rng);
     photon.wavelength_nm = sample_emitted_wavelength(lights_[light], rng);
     photon.inside = space_->inside_at(photon.ray);

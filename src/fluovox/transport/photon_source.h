@@ -18,6 +18,10 @@ public:
     /// numerical aperture is not below the index where the light starts.
     PhotonSource(const Scene& scene, const PhotonSpace& space);
 
+    /// From now on launches half of the photons in proportion to what a photon of each light is worth, with weights
+    /// that make up for it: not all of one where two lights matter alike. Nothing changes when none is worth anything.
+    void favour(const std::vector<double>& worth_per_photon);
+
     /// Of all lights together, per second.
     double photons_per_s() const { return total_; }
     Photon launch(Rng& rng) const;
@@ -28,6 +32,7 @@ private:
     std::vector<Light> lights_;
     const PhotonSpace* space_;
     std::vector<double> rates_;
+    std::vector<double> shares_;  // of the photons launched, per light; empty: as the rates
     double total_ = 0;
 };
 

@@ -32,6 +32,9 @@ namespace fluovox {
 ///   escaped(photon)  cut(photon, weight)
 ///   vertex(photon, medium)              scatters here; before its direction changes
 ///   emission(photon)                    launched at the emission wavelength, isotropic
+/// and, if it has it, in place of flights that are played out:
+///   survey(photon, Flight, extinction)  a stretch of the way to the next surface with the weight that is expected
+///                                       there: it falls by `extinction` (per um) of constant media
 /// and may say by `lobes(photon)` which directions are worth most to it.
 template <class Sink>
 class PhotonTracer {
@@ -146,6 +149,9 @@ private:
     // To the next scattering (true) or surface (false), whatever lies between.
     bool fly(Photon& photon, const Zone& zone, Rng& rng, Sink& sink) {
         const PhotonSpace::Crossing crossing = space_->next_crossing(photon.ray, photon.inside);
+        if constexpr (requires { sink.surveys(photon); }) {
+            if (sink.surveys(photon)) survey(photon, zone, crossing.t_um, rng, sink);
+        }
         double scatter_t = zone.scattering > 0 ? rng.exponential() / zone.scattering : kFar;
         if (!grids_.empty()) start_grids(photon.ray, std::min(crossing.t_um, scatter_t), rng);
         double t = 0;
@@ -173,6 +179,26 @@ private:
         }
     }
 
+    // Scattering only thins out what goes on: less noise than what some flights reach and others do not.
+    void survey(const Photon& photon, const Zone& zone, double length_um, Rng& rng, Sink& sink) {
+        if (!grids_.empty()) start_grids(photon.ray, length_um, rng);
+        const double extinction = zone.scattering + zone.absorption;
+        double weight = photon.weight;
+        double t = 0;
+        for (;;) {
+            GridEvents* grid = nearest_grid();
+            const double end = grid == nullptr ? length_um : std::min(length_um, grid->t);
+            sink.survey(photon, Flight{{photon.ray.at(t), photon.ray.direction}, end - t, weight, 0}, extinction);
+            if (grid == nullptr || grid->t > length_um) return;
+            weight *= std::exp(-extinction * (end - t));
+            t = end;
+            const double rate = grid->rate;
+            const MediumOptics& optics = media_.optics(grid->medium);
+            weight *= std::max(0.0, 1 - (optics.scattering + optics.absorption) * collided(*grid, t, rng) / rate);
+            if (weight == 0) return;
+        }
+    }
+
     void start_grids(const Ray& ray, double end, Rng& rng) {
         events_.clear();
         for (const int medium : grids_) {
@@ -184,8 +210,10 @@ private:
             // voxels.
             const double voxel = length(grid.world_from_index().rows[0]);
             const double least = optics.absorption > 0 && !limits_.minor_conversions ? 0.25 / voxel : 0;
-            GridEvents& events = events_.emplace_back(
-                GridEvents{medium, limits_.majorant_factor * most, least, MajorantWalk(grid, ray, {0, end}), {}, 0, 0});
+            // Coarse bounds do where little happens; but those extra collisions must not fill empty space.
+            const double rate = limits_.majorant_factor * most;
+            const MajorantWalk walk(grid, ray, {0, end}, least > 0 ? kFar : rate);
+            GridEvents& events = events_.emplace_back(GridEvents{medium, rate, least, walk, {}, 0, 0});
             events.advance(rng);
         }
     }
@@ -253,13 +281,19 @@ private:
         return photon;
     }
 
-    // A tentative collision: absorbs its share; true when the rest scatters (or nothing is left).
-    bool collide(Photon& photon, GridEvents& events, double t, Rng& rng, Sink& sink) {
+    // The value at a tentative collision; the next one comes after it.
+    double collided(GridEvents& events, double t, Rng& rng) {
         const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(events.medium)].grid;
         const auto value = static_cast<double>(grid.tap(events.walk.index_at(t), rng.coarse_uniforms()));
         if (value > events.segment.bound) ++bound_violations_;
-        const double rate = events.rate;
         events.advance(rng);
+        return value;
+    }
+
+    // A tentative collision: absorbs its share; true when the rest scatters (or nothing is left).
+    bool collide(Photon& photon, GridEvents& events, double t, Rng& rng, Sink& sink) {
+        const double rate = events.rate;
+        const double value = collided(events, t, rng);
         if (value <= 0) return false;
         const MediumOptics& optics = media_.optics(events.medium);
         const double absorbed = std::min(1.0, optics.absorption * value / rate);
@@ -302,11 +336,12 @@ private:
         turn(photon, scene_->media[static_cast<std::size_t>(medium)].phase, rng, sink);
     }
 
-    // Half of the time to where the sink prefers it, if it does; the weight makes up for it.
+    // A part of them to where the sink prefers it, if it does; the weight makes up for it.
     void turn(Photon& photon, const PhaseFunction& phase, Rng& rng, Sink& sink) {
+        constexpr double kByPhase = 0.7;
         const auto lobes = preferred(photon, sink);
         const Vec3 before = photon.ray.direction;
-        if (lobes.empty() || rng.uniform() < 0.5) {
+        if (lobes.empty() || rng.uniform() < kByPhase) {
             const double cosine = sample_phase_cosine(phase, rng.uniform());
             photon.ray.direction = unit_again(turned(before, cosine, rng.uniform()));
         } else {
@@ -314,7 +349,7 @@ private:
         }
         if (lobes.empty()) return;
         const double density = phase_per_sr(phase, dot(before, photon.ray.direction));
-        photon.weight *= density / (0.5 * density + 0.5 * direction_pdf(lobes, photon.ray.direction));
+        photon.weight *= density / (kByPhase * density + (1 - kByPhase) * direction_pdf(lobes, photon.ray.direction));
     }
 
     static std::span<const DirectionLobe> preferred(const Photon& photon, const Sink& sink) {

@@ -247,7 +247,8 @@ void VoxelTally::walk(const Ray& ray, double length_um, const Function& visit) c
     });
 }
 
-// Calls `add(slot, integral, stretch)` with the integral of the weight over what lies in each voxel.
+// Calls `add(slot, integral, stretch, share)` with the integral of the weight over what lies in each voxel, of which
+// `share` is absorbed.
 template <class AddShares>
 void VoxelTally::add_stretches(const Ray& ray, double length_um, double weight, double absorption,
                                const AddShares& add) {
@@ -257,16 +258,17 @@ void VoxelTally::add_stretches(const Ray& ray, double length_um, double weight, 
         // From voxel to voxel the exponential is made from its factors; over a gap it is taken anew.
         if (absorption > 0 && stretch.begin != before) here = weight * std::exp(-absorption * stretch.begin);
         before = stretch.end;
-        const double lost = here * absorbed_share(absorption * stretch.length());
+        const double share = absorbed_share(absorption * stretch.length());
+        const double lost = here * share;
         const double integral = absorption > 0 ? lost / absorption : here * stretch.length();
         here -= lost;
-        add(static_cast<std::int64_t>(brick * kVoxels) + in_brick, integral, stretch);
+        add(static_cast<std::int64_t>(brick * kVoxels) + in_brick, integral, stretch, share);
     });
 }
 
 void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
                             const std::vector<Share>& shares, Rng& rng) {
-    add_stretches(ray, length_um, weight, absorption, [&](std::int64_t slot, double integral, Interval /*stretch*/) {
+    add_stretches(ray, length_um, weight, absorption, [&](std::int64_t slot, double integral, Interval, double) {
         for (const Share& share : shares)
             add(slot, share.field, share.factor * integral, rng);
     });
@@ -274,13 +276,17 @@ void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, dou
 
 void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
                             const std::vector<Share>& shares, const FactorAt& at, Rng& rng) {
-    add_stretches(ray, length_um, weight, absorption, [&](std::int64_t slot, double integral, Interval stretch) {
-        const Vec3 place = ray.at(stretch.begin + rng.uniform() * stretch.length());
-        for (const Share& share : shares) {
-            const double factor = share.factor * at(share, place);
-            if (factor > 0) add(slot, share.field, factor * integral, rng);
-        }
-    });
+    add_stretches(
+        ray, length_um, weight, absorption, [&](std::int64_t slot, double integral, Interval stretch, double lost) {
+            // More of the weight is at the beginning.
+            const double u = rng.uniform();
+            const double along = absorption > 0 ? depth_of_share(u * lost) / absorption : u * stretch.length();
+            const Vec3 place = ray.at(stretch.begin + along);
+            for (const Share& share : shares) {
+                const double factor = share.factor * at(share, place);
+                if (factor > 0) add(slot, share.field, factor * integral, rng);
+            }
+        });
 }
 
 void VoxelTally::for_each_voxel(const Ray& ray, double length_um, const Visit& visit) const {

@@ -57,8 +57,8 @@ public:
     /// A flight of `length_um` (may be infinite) on which the weight falls from `weight` as exp(-absorption t).
     void add_flight(const Ray& ray, double length_um, double weight, double absorption,
                     const std::vector<Share>& shares, Rng& rng);
-    /// The same with factors that vary in space: `at(share, position)` is one more, asked at a random place of the
-    /// flight in each voxel.
+    /// The same with factors that vary in space: `at(share, position)` is one more, asked in each voxel at a place of
+    /// the flight that is drawn in proportion to the weight.
     using FactorAt = std::function<double(const Share&, Vec3)>;
     void add_flight(const Ray& ray, double length_um, double weight, double absorption,
                     const std::vector<Share>& shares, const FactorAt& at, Rng& rng);
