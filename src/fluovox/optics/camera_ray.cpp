@@ -5,6 +5,22 @@
 #include <numbers>
 
 namespace fluovox {
+namespace {
+
+struct OnDisc {
+    double a = 0, b = 0;
+};
+
+// A point of the unit disc: four of five in the square around it are, so trying costs less than sine and cosine.
+OnDisc on_disc(Rng& rng) {
+    for (;;) {
+        const double a = 2 * rng.uniform() - 1;
+        const double b = 2 * rng.uniform() - 1;
+        if (a * a + b * b < 1) return {a, b};
+    }
+}
+
+}  // namespace
 
 CameraRays::CameraRays(const Camera& camera)
     : camera_(camera),
@@ -53,8 +69,8 @@ Ray CameraRays::sample(int x, int y, Rng& rng) const {
 // The pixel of a point on the focal plane; false beside the film.
 bool CameraRays::find_pixel(Vec3 sharp, CameraConnection& connection) const {
     const Vec3 from_axis = sharp - camera_.position;
-    const double x = std::floor(dot(from_axis, right_) / pixel_um_ + 0.5 * camera_.width);
-    const double y = std::floor(0.5 * camera_.height - dot(from_axis, up_) / pixel_um_);
+    const double x = dot(from_axis, right_) / pixel_um_ + 0.5 * camera_.width;
+    const double y = 0.5 * camera_.height - dot(from_axis, up_) / pixel_um_;
     if (!(x >= 0 && x < camera_.width && y >= 0 && y < camera_.height)) return false;
     connection.x = static_cast<int>(x);
     connection.y = static_cast<int>(y);
@@ -75,14 +91,7 @@ Vec3 CameraRays::to_camera(Vec3 point_um) const {
 
 std::optional<CameraConnection> CameraRays::connect(Vec3 point_um, Rng& rng) const {
     const double na = camera_.numerical_aperture;
-    double a = 0;
-    double b = 0;
-    if (na > 0) {
-        const double radius = std::sqrt(rng.uniform());
-        const double azimuth = 2 * std::numbers::pi * rng.uniform();
-        a = radius * std::cos(azimuth);
-        b = radius * std::sin(azimuth);
-    }
+    const auto [a, b] = na > 0 ? on_disc(rng) : OnDisc{};
     const double depth = dot(point_um - camera_.position, axis_);
     if (depth <= 0) return std::nullopt;
     CameraConnection result;

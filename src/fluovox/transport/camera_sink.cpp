@@ -20,7 +20,7 @@ CameraSink::CameraSink(const Scene& scene, double photons_per_s)
       field_(scene),
       photons_per_s_(photons_per_s),
       channels_(scene.description.film.channels.size()),
-      values_(channels_),
+      of_one_(channels_),
       per_dye_(scene.description.film.per_dye) {
     layers_ = scene.dyes.empty() ? 1 : kFirstDye + (per_dye_ ? scene.dyes.size() : 0);
     for (const SceneMedium& medium : scene.media)
@@ -91,6 +91,8 @@ void CameraSink::set_wavelength(const Photon& photon) {
     seen_ = response_.sees(photon.wavelength_nm);
     if (!seen_ || photon.wavelength_nm == optics_.wavelengths.nm[0]) return;
     field_.set_optics(Wavelengths::one(photon.wavelength_nm), optics_);
+    std::fill(of_one_.begin(), of_one_.end(), 0);
+    response_.add(photon.wavelength_nm, photons_per_s_, of_one_);
 }
 
 // Lambertian light as it leaves its surface.
@@ -104,22 +106,21 @@ void CameraSink::add(const Photon& photon, Vec3 from, const CameraConnection& hi
     field_.gather(ray, spans_);
     const double passed = field_.transmittance(ray, spans_, hit.distance_um, optics_, Loss::Extinction, *rng_)[0];
     if (!(passed > 0)) return;
-    std::fill(values_.begin(), values_.end(), 0);
-    response_.add(photon.wavelength_nm, photons_per_s_ * photon.weight * factor * passed, values_);
+    const double photons = photon.weight * factor * passed;
     const std::size_t pixel =
         static_cast<std::size_t>(hit.y) * static_cast<std::size_t>(scene_->description.camera.width) +
         static_cast<std::size_t>(hit.x);
     const bool converted = photon.order > 0;
     for (std::size_t c = 0; c < channels_; ++c) {
-        if (values_[c] == 0) continue;
-        splat(pixel, 0, c);
-        if (layers_ > 1) splat(pixel, converted ? kFluorescence : kElastic, c);
-        if (converted && per_dye_) splat(pixel, kFirstDye + static_cast<std::size_t>(photon.dye), c);
+        const double value = photons * of_one_[c];
+        if (value == 0) continue;
+        const auto splat = [&](std::size_t layer) {
+            splats_.push_back({pixel * values_per_pixel() + layer * channels_ + c, value});
+        };
+        splat(0);
+        if (layers_ > 1) splat(converted ? kFluorescence : kElastic);
+        if (converted && per_dye_) splat(kFirstDye + static_cast<std::size_t>(photon.dye));
     }
-}
-
-void CameraSink::splat(std::size_t pixel, std::size_t layer, std::size_t channel) {
-    splats_.push_back({pixel * values_per_pixel() + layer * channels_ + channel, values_[channel]});
 }
 
 }  // namespace fluovox

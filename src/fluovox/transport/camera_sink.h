@@ -64,7 +64,6 @@ private:
     void connect(const Photon& photon, const PerSr& per_sr);
     void connect_surface(const Photon& photon, Vec3 normal);
     void add(const Photon& photon, Vec3 from, const CameraConnection& hit, double factor);
-    void splat(std::size_t pixel, std::size_t layer, std::size_t channel);
 
     const Scene* scene_;
     CameraRays camera_;
@@ -72,7 +71,7 @@ private:
     OpticalField field_;
     double photons_per_s_;
     std::size_t channels_, layers_ = 1;
-    std::vector<double> values_;
+    std::vector<double> of_one_;  // what one photon of this wavelength adds to the channels
     bool per_dye_;
     bool seen_ = false;
     double g_ = 0;  // of what scatters most forward
