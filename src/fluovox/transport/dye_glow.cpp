@@ -123,11 +123,17 @@ void DyeGlow::add_places(const Source& source, std::size_t brick, const Draw& dr
             if (!straight && !(cached > 0)) continue;
             Rng rng(scene_->description.render.seed, ~draw.batch,
                     static_cast<std::uint64_t>(cell.number) << 8U | (index + 1));
-            if (cached > 0) places.push_back(cached_place(source, cell, cached, rng));
-            if (!straight) continue;
             Place place;
             place.source = index;
-            place.position = position_in(source, cell, rng);
+            place.position = position_in(source, brick, cell.in_brick, rng);
+            if (cached > 0) {
+                place.brick = static_cast<std::uint32_t>(brick);
+                place.in_brick = cell.in_brick;
+                place.absorbed_per_s = cached;
+                place.likely = use_of(source, place.position, rng) * cached;
+                places.push_back(place);
+            }
+            if (!straight) continue;
             place.absorbed_per_s = -1;
             place.uM = dye_uM(*scene_, source.medium, place.position);
             if (!(place.uM > 0)) continue;
@@ -139,29 +145,27 @@ void DyeGlow::add_places(const Source& source, std::size_t brick, const Draw& dr
     }
 }
 
-// What a voxel of the cache absorbed, at one of a few places in it that is drawn in proportion to the dye there.
-DyeGlow::Place DyeGlow::cached_place(const Source& source, const Cell& cell, double absorbed_per_s, Rng& rng) const {
-    constexpr int kTries = 4;
-    Place place;
-    place.source = static_cast<std::size_t>(&source - sources_.data());
-    place.absorbed_per_s = absorbed_per_s;
+// One of a few places in a voxel, drawn in proportion to the dye there.
+Vec3 DyeGlow::position_of_dye(const Source& source, std::size_t brick, int in_brick, Rng& rng) const {
+    constexpr int kTries = 8;
+    Vec3 chosen;
+    double sum = 0;
     for (int i = 0; i < kTries; ++i) {
-        const Vec3 position = position_in(source, cell, rng);
-        const double uM = dye_uM(*scene_, source.medium, position);
-        place.uM += uM;
-        if (i == 0 || rng.uniform() * place.uM < uM) place.position = position;
+        const Vec3 position = position_in(source, brick, in_brick, rng);
+        const double uM = tapped_dye_uM(*scene_, source.medium, position, rng);
+        sum += uM;
+        if (i == 0 || rng.uniform() * sum < uM) chosen = position;
     }
-    place.likely = use_of(source, place.position, rng) * absorbed_per_s;
-    return place;
+    return chosen;
 }
 
-Vec3 DyeGlow::position_in(const Source& source, const Cell& cell, Rng& rng) {
-    const Voxel origin = source.lattice->bricks[cell.brick];
+Vec3 DyeGlow::position_in(const Source& source, std::size_t brick, int in_brick, Rng& rng) {
+    const Voxel origin = source.lattice->bricks[brick];
     const double u = rng.uniform();
     const double v = rng.uniform();
-    return source.lattice->world_from_index.point({origin.x + (cell.in_brick >> 6) + u - 0.5,
-                                                   origin.y + (cell.in_brick >> 3 & 7) + v - 0.5,
-                                                   origin.z + (cell.in_brick & 7) + rng.uniform() - 0.5});
+    return source.lattice->world_from_index.point({origin.x + (in_brick >> 6) + u - 0.5,
+                                                   origin.y + (in_brick >> 3 & 7) + v - 0.5,
+                                                   origin.z + (in_brick & 7) + rng.uniform() - 0.5});
 }
 
 // About how much of what is absorbed here the camera can see.
@@ -231,8 +235,9 @@ DyeGlow::Emission DyeGlow::emit(std::int64_t n, std::int64_t of_all, OpticalFiel
                                                        : chosen->uM * chosen->volume_um3 *
                                                              direct(source, chosen->position, field, rng));
     photon.start_weight = photon.weight;
-    photon.ray.origin = chosen->position;
-    photon.inside = space_->inside_at({chosen->position, {0, 0, 1}});
+    photon.ray.origin =
+        emission.scattered ? position_of_dye(source, chosen->brick, chosen->in_brick, rng) : chosen->position;
+    photon.inside = space_->inside_at({photon.ray.origin, {0, 0, 1}});
     photon.order = 1;
     photon.dye = static_cast<int>(source.dye);
     return emission;

@@ -15,10 +15,10 @@
 namespace fluovox {
 
 /// Photons that leave the dyes, drawn where dyes glow: virtual point lights (Keller, SIGGRAPH 1997) of which there is
-/// one in each voxel that holds dye, at a place drawn anew for each batch. Which of them a photon leaves is drawn in
-/// proportion to its concentration, its excitation in the cache and straight from the lights, and whether the camera
-/// has it in view (resampled importance sampling: Talbot, Cline & Egbert, EGSR 2005); what it weighs is unbiased but
-/// for what the cache brings in.
+/// one in each voxel that holds dye, at a place drawn anew for each batch or photon. Which of them a photon leaves is
+/// drawn in proportion to its concentration, its excitation in the cache and straight from the lights, and whether the
+/// camera has it in view (resampled importance sampling: Talbot, Cline & Egbert, EGSR 2005); what it weighs is unbiased
+/// but for what the cache brings in.
 class DyeGlow {
 public:
     /// What is wanted: `film` says which emitted light is of use.
@@ -55,11 +55,13 @@ private:
         PathOptics optics;
     };
     struct Place {
-        Vec3 position;
-        double uM = 0;
+        Vec3 position;              // straight from the lights; else it is drawn in the voxel for each photon
+        double uM = 0;              // there
         double volume_um3 = 0;      // that it stands for
         double absorbed_per_s = 0;  // as of the cache; negative: what comes straight from the lights, instead
-        double likely = 0;          // what it is drawn in proportion to; then the sum up to here
+        std::uint32_t brick = 0;
+        int in_brick = 0;
+        double likely = 0;  // what it is drawn in proportion to; then the sum up to here
         std::size_t source = 0;
     };
 
@@ -78,8 +80,8 @@ private:
     };
     void add_places(const Source& source, std::size_t brick, const Draw& draw, OpticalField& field,
                     std::vector<Place>& places) const;
-    Place cached_place(const Source& source, const Cell& cell, double absorbed_per_s, Rng& rng) const;
-    static Vec3 position_in(const Source& source, const Cell& cell, Rng& rng);
+    Vec3 position_of_dye(const Source& source, std::size_t brick, int in_brick, Rng& rng) const;
+    static Vec3 position_in(const Source& source, std::size_t brick, int in_brick, Rng& rng);
     double use_of(const Source& source, Vec3 position_um, Rng& rng) const;
     double likely_direct(const Source& source, Vec3 position_um, OpticalField& field,
                          std::vector<MediumSpan>& spans) const;

@@ -46,7 +46,8 @@ public:
             if (shares_[l].empty()) continue;
             const std::vector<int>& media = (*media_)[l];
             const auto uM = [&](const VoxelTally::Share& share, Vec3 place) {
-                return tapped_uM(static_cast<std::size_t>(media[static_cast<std::size_t>(share.field)]), place);
+                const auto medium = static_cast<std::size_t>(media[static_cast<std::size_t>(share.field)]);
+                return tapped_dye_uM(*scene_, medium, place, voxel_rng_);
             };
             (*tallies_)[l].add_flight(flight.ray, flight.length_um, flight.weight, extinction, shares_[l], uM,
                                       voxel_rng_);
@@ -61,13 +62,6 @@ public:
     void vertex(const Photon& /*photon*/, int /*medium*/) {}
 
 private:
-    // On average the concentration.
-    double tapped_uM(std::size_t medium, Vec3 place) {
-        const SceneMedium& dye = scene_->media[medium];
-        if (!dye.grid) return dye_uM(*scene_, medium, place);
-        return dye.amount * static_cast<double>(
-                                dye.grid->tap(dye.grid->index_from_world().point(place), voxel_rng_.coarse_uniforms()));
-    }
     void set_wavelength(double nm) {
         if (nm == nm_) return;
         nm_ = nm;
@@ -261,6 +255,13 @@ double dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um) {
         return contains(scene.media[static_cast<std::size_t>(inner)].region, position_um);
     });
     return cut ? 0 : dye.amount;
+}
+
+double tapped_dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um, Rng& rng) {
+    const SceneMedium& dye = scene.media[medium];
+    if (!dye.grid) return dye_uM(scene, medium, position_um);
+    const Vec3 index = dye.grid->index_from_world().point(position_um);
+    return dye.amount * static_cast<double>(dye.grid->tap(index, rng.coarse_uniforms()));
 }
 
 std::size_t ExcitationCache::bytes() const {

@@ -76,4 +76,7 @@ private:
 /// Concentration of a medium's dye at a point, umol/L: trilinear, or even in its region without those that replace it.
 double dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um);
 
+/// A number that is this concentration on average: of a grid the value of one voxel nearby, by SparseGrid::tap.
+double tapped_dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um, Rng& rng);
+
 }  // namespace fluovox

@@ -105,13 +105,12 @@ private:
         double t = 0;     // of the next collision
 
         void advance(Rng& rng) {
-            double depth = rng.exponential();
+            ExponentialDistance depth(rng);
             for (;;) {
-                if (depth < rate * (segment.end - t)) {
-                    t += depth / rate;
+                if (depth.ends_within(rate * (segment.end - t))) {
+                    t += depth.rest() / rate;
                     return;
                 }
-                depth -= rate * (segment.end - t);
                 if (!walk.next(segment)) break;
                 t = segment.begin;
                 rate = rate_per_bound * segment.bound;
