@@ -194,11 +194,15 @@ void ExcitationCache::add_place(std::size_t medium, VoxelLattice lattice) {
 }
 
 void ExcitationCache::fill(std::int64_t photons, std::uint64_t batch, Progress& progress) {
-    tallies_.clear();
-    scale_.clear();
-    for (std::size_t l = 0; l < lattices_.size(); ++l) {
-        tallies_.emplace_back(lattices_[l], static_cast<int>(media_[l].size()), static_cast<double>(photons));
-        scale_.push_back(source_.photons_per_s() / static_cast<double>(photons));
+    if (photons != photons_) {
+        photons_ = photons;
+        tallies_.clear();
+        scale_.assign(lattices_.size(), source_.photons_per_s() / static_cast<double>(photons));
+        for (std::size_t l = 0; l < lattices_.size(); ++l)
+            tallies_.emplace_back(lattices_[l], static_cast<int>(media_[l].size()), static_cast<double>(photons));
+    } else {
+        for (VoxelTally& tally : tallies_)
+            tally.clear();
     }
     struct Worker {
         PhotonTracer<CacheSink> tracer;

@@ -70,6 +70,7 @@ private:
     std::vector<std::vector<int>> media_;  // per lattice: the medium of each field
     std::vector<VoxelTally> tallies_;      // per lattice
     std::vector<double> scale_;            // per lattice: from sums to photons per second
+    std::int64_t photons_ = -1;            // that the tallies have room for
     std::int64_t bound_violations_ = 0;
 };
 

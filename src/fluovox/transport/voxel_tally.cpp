@@ -19,28 +19,25 @@ constexpr std::size_t kVoxels = std::size_t{kBrick} * kBrick * kBrick;
 // trilinear.
 VoxelLattice::Mask voxels_with_values(const SparseGrid& grid, Voxel origin) {
     constexpr int kWide = kBrick + 2;
-    std::array<bool, std::size_t{kWide} * kWide * kWide> reached{};
-    const auto at = [](int x, int y, int z) { return static_cast<std::size_t>((x * kWide + y) * kWide + z); };
-    bool any = false;
+    // Rows along z in bits, of which each takes in the rows next to it.
+    std::array<std::array<unsigned, kWide>, kWide> rows{};
     for (int x = 0; x < kWide; ++x) {
         for (int y = 0; y < kWide; ++y) {
+            unsigned row = 0;
             for (int z = 0; z < kWide; ++z) {
-                const bool has = grid.value({origin.x + x - 1, origin.y + y - 1, origin.z + z - 1}) > 0;
-                reached[at(x, y, z)] = has;
-                any = any || has;
+                if (grid.value({origin.x + x - 1, origin.y + y - 1, origin.z + z - 1}) > 0) row |= 1U << z;
             }
+            rows[static_cast<std::size_t>(x)][static_cast<std::size_t>(y)] = row | row << 1U | row >> 1U;
         }
     }
     VoxelLattice::Mask mask{};
-    if (!any) return mask;
-    for (int voxel = 0; voxel < static_cast<int>(kVoxels); ++voxel) {
-        const int x = voxel >> 6;
-        const int y = voxel >> 3 & 7;
-        const int z = voxel & 7;
-        bool has = false;
-        for (int near = 0; near < 27 && !has; ++near)
-            has = reached[at(x + near / 9, y + near / 3 % 3, z + near % 3)];
-        if (has) mask[static_cast<std::size_t>(voxel >> 6)] |= std::uint64_t{1} << (voxel & 63);
+    for (std::size_t x = 0; x < kBrick; ++x) {
+        for (std::size_t y = 0; y < kBrick; ++y) {
+            unsigned near = 0;
+            for (std::size_t i = 0; i < 9; ++i)
+                near |= rows[x + i / 3][y + i % 3];
+            mask[x] |= std::uint64_t{(near >> 1U) & 0xffU} << (8 * y);
+        }
     }
     return mask;
 }
@@ -198,6 +195,11 @@ VoxelTally::VoxelTally(VoxelLattice lattice, int fields, double photons)
     }
     per_field_ = lattice_.bricks.size() * kVoxels;
     sums_ = std::make_unique<std::atomic<std::int64_t>[]>(per_field_ * static_cast<std::size_t>(fields_));
+}
+
+void VoxelTally::clear() {
+    for (std::size_t i = 0; i < per_field_ * static_cast<std::size_t>(fields_); ++i)
+        sums_[i].store(0, std::memory_order_relaxed);
 }
 
 std::int64_t VoxelTally::slot(int x, int y, int z) const {

@@ -48,6 +48,9 @@ public:
     /// `photons`: how many will be launched at most; fixes the size of the smallest share.
     VoxelTally(VoxelLattice lattice, int fields, double photons);
 
+    /// All sums are zero again. Not while others add to it.
+    void clear();
+
     /// One field that gets `factor` of the integral of the weight along a flight, micrometres.
     struct Share {
         int field = 0;
