@@ -22,8 +22,8 @@ namespace {
 // Enough for error bars that are themselves within 13 % or so.
 constexpr int kMostBatches = 32;
 
-// Where the scene does not say how many photons: about as much work as those that leave the dyes.
-constexpr double kPhotonsPerSample = 0.5, kLeastPhotons = 1e4;
+// Where the scene does not say how many photons. Far from a sheet most of the noise is theirs.
+constexpr double kPhotonsPerSample = 1, kLeastPhotons = 1e4;
 
 bool film_sees_lights(const Scene& scene) {
     const FilmResponse film(scene.description.film, scene.description.render.filter);
