@@ -41,7 +41,7 @@ public:
         : media_(media), dyes_(dyes), bins_(static_cast<std::size_t>(angle_bins)) {}
 
     static constexpr std::size_t kLaunched = 0, kCut = 1, kTotal = 2;
-    std::size_t absorbed(std::size_t medium) const { return 3 + medium; }
+    static std::size_t absorbed(std::size_t medium) { return 3 + medium; }
     std::size_t escaped(int face, int escape) const {
         return 3 + media_ + static_cast<std::size_t>(face) * 3 + static_cast<std::size_t>(escape);
     }

@@ -56,7 +56,7 @@ public:
                std::vector<VoxelTally>& voxels)
         : scene_(&scene), bounds_(space.bounds()), layout_(layout), voxels_(&voxels) {
         for (const SceneMedium& medium : scene.media) {
-            if (medium.grid) grid_boxes_.push_back(BoxRegion{medium.grid->bounds().min, medium.grid->bounds().max});
+            if (medium.grid) grid_boxes_.emplace_back(BoxRegion{medium.grid->bounds().min, medium.grid->bounds().max});
         }
     }
 
@@ -253,7 +253,8 @@ public:
     FluenceResult run(Progress& progress) {
         progress.start("photons", settings_.photons);
         // Batches are the same however many are done at once; their number only limits how well errors are known.
-        constexpr std::int64_t kBatches = 2000, kRoundBatch = 500;
+        constexpr std::int64_t kBatches = 2000;
+        constexpr std::int64_t kRoundBatch = 500;
         batch_ = settings_.relative_error ? kRoundBatch : std::max<std::int64_t>(1, settings_.photons / kBatches);
         std::int64_t round = settings_.relative_error ? 64 : kRoundBatch;
         while (done_ < settings_.photons && !progress.stopped()) {
@@ -406,7 +407,8 @@ private:
         // Watts of one photon of the reference wavelength among those launched.
         const double watts =
             source_.photons_per_s() * photon_energy_J(BudgetSink::kVoxelReference_nm) / static_cast<double>(done_);
-        constexpr double kPerMm2 = 1e6, kPerMm3 = 1e9;
+        constexpr double kPerMm2 = 1e6;
+        constexpr double kPerMm3 = 1e9;
         const auto add = [&](std::size_t lattice, int field, double factor, const std::string& name, const char* unit) {
             const VoxelTally& voxels = voxels_[lattice];
             BrickField& grid =

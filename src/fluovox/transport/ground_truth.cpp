@@ -23,9 +23,10 @@ struct GroundTruth::Lattice {
 
     /// `x`, `y`, `z` within the voxel of a pixel, 0 to 1.
     Vec3 point(std::size_t pixel, double x, double y, double z) const {
-        const auto column = static_cast<double>(pixel % static_cast<std::size_t>(width));
-        const auto row = static_cast<double>(pixel / static_cast<std::size_t>(width));
-        return corner + (column + x) * across + (row + y) * down + (z - 0.5) * through;
+        const std::size_t column = pixel % static_cast<std::size_t>(width);
+        const std::size_t row = pixel / static_cast<std::size_t>(width);
+        return corner + (static_cast<double>(column) + x) * across + (static_cast<double>(row) + y) * down +
+               (z - 0.5) * through;
     }
 };
 

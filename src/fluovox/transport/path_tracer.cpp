@@ -92,7 +92,8 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
     for (int k = 0; k < count; ++k)
         path.beta[k] = path.density[k] = 1;
     double pdf_per_sr = task.pdf_start_per_sr;
-    Drawn<Stretch> later, any;  // stretches to convert on: all but the first; all
+    Drawn<Stretch> later;  // of the stretches to convert on, all but the first
+    Drawn<Stretch> any;    // of all of them
 
     for (int vertex = 0;; ++vertex) {
         field_.gather(path.ray, here.spans);
@@ -170,13 +171,13 @@ void PathTracer::find_lit_sections(const Ray& ray, const PathTask* task, Level& 
 }
 
 // Density with which choose_lit_section and the section's own sample find a point.
-double PathTracer::lit_pdf(const Level& level, std::size_t light, double t_um) const {
+double PathTracer::lit_pdf(const Level& level, std::size_t light, double t_um) {
     if (!level.lit[light]) return 0;
     const auto sections = std::count_if(level.lit.begin(), level.lit.end(), [](const auto& s) { return bool(s); });
     return level.lit[light].pdf(t_um) / static_cast<double>(sections);
 }
 
-std::optional<std::size_t> PathTracer::choose_lit_section(const Level& level, Rng& rng) const {
+std::optional<std::size_t> PathTracer::choose_lit_section(const Level& level, Rng& rng) {
     const auto sections = std::count_if(level.lit.begin(), level.lit.end(), [](const auto& s) { return bool(s); });
     if (sections == 0) return std::nullopt;
     auto left = static_cast<std::ptrdiff_t>(rng.uniform() * static_cast<double>(sections));

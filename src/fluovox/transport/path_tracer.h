@@ -106,8 +106,8 @@ private:
     bool revisit(Drawn<Stretch>& drawn, const PathTask& task, Level& level);
 
     void find_lit_sections(const Ray& ray, const PathTask* task, Level& level) const;
-    double lit_pdf(const Level& level, std::size_t light, double t_um) const;
-    std::optional<std::size_t> choose_lit_section(const Level& level, Rng& rng) const;
+    static double lit_pdf(const Level& level, std::size_t light, double t_um);
+    static std::optional<std::size_t> choose_lit_section(const Level& level, Rng& rng);
 
     void add_rectangles(const Stretch& path, const PathTask& task, double pdf_per_sr, Level& level, Rng& rng,
                         PathRadiance& result);

@@ -54,7 +54,7 @@ private:
         bool constant = true;
     };
 
-    void add(const Scene& scene, std::size_t medium);
+    void add(const Scene& scene, std::size_t i);
     void require_nested(const Scene& scene) const;
     static bool is_inner(const Surface& a, const Surface& b);
 

@@ -13,8 +13,7 @@ PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illuminatio
       response_(scene.description.film, scene.description.render.filter),
       orders_(scene.description.render.fluorescence_orders.value_or(PathTask::kNoLimit)),
       dyes_seen_(!scene.dyes.empty() && orders_ > 0 && sought == Sought::All),
-      channels_(scene.description.film.channels.size()),
-      layers_(1) {
+      channels_(scene.description.film.channels.size()) {
     if (!scene.dyes.empty()) layers_ = kFirstDye + (scene.description.film.per_dye ? scene.dyes.size() : 0);
     for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
         if (response_.sees(illumination.lines()[i].wavelength_nm)) visible_lines_.push_back(i);

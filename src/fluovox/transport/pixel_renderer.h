@@ -43,7 +43,7 @@ private:
     FilmResponse response_;
     int orders_;
     bool dyes_seen_;
-    std::size_t channels_, layers_;
+    std::size_t channels_, layers_ = 1;
     int scatterings_ = 0;
     std::vector<std::size_t> visible_lines_;
     std::vector<double> values_;
