@@ -178,23 +178,33 @@ private:
         }
     }
 
-    // Scattering only thins out what goes on: less noise than what some flights reach and others do not.
+    // Scattering only thins out what goes on: less noise than what some flights reach and others do not. Where little
+    // is left it is played out, or the walk would be long in dense media.
     void survey(const Photon& photon, const Zone& zone, double length_um, Rng& rng, Sink& sink) {
-        if (!grids_.empty()) start_grids(photon.ray, length_um, rng);
+        constexpr double kDepth = 1.5;
+        constexpr double kLittle = 0.2;
         const double extinction = zone.scattering + zone.absorption;
+        const double faded = extinction > 0 ? kDepth / extinction : kFar;
+        const double last = length_um > faded ? std::min(length_um, faded + rng.exponential() / extinction) : length_um;
+        if (!grids_.empty()) start_grids(photon.ray, last, rng);
         double weight = photon.weight;
         double t = 0;
         for (;;) {
             GridEvents* grid = nearest_grid();
-            const double end = grid == nullptr ? length_um : std::min(length_um, grid->t);
-            sink.survey(photon, Flight{{photon.ray.at(t), photon.ray.direction}, end - t, weight, 0}, extinction);
-            if (grid == nullptr || grid->t > length_um) return;
-            weight *= std::exp(-extinction * (end - t));
+            const double collision = grid == nullptr ? kFar : grid->t;
+            const double fades = t < faded ? extinction : 0;
+            const double end = std::min({last, collision, t < faded ? faded : last});
+            sink.survey(photon, Flight{{photon.ray.at(t), photon.ray.direction}, end - t, weight, 0}, fades);
+            if (end == last) return;
+            weight *= std::exp(-fades * (end - t));
             t = end;
+            if (grid == nullptr || t < collision) continue;
             const double rate = grid->rate;
             const MediumOptics& optics = media_.optics(grid->medium);
             weight *= std::max(0.0, 1 - (optics.scattering + optics.absorption) * collided(*grid, t, rng) / rate);
-            if (weight == 0) return;
+            if (weight >= kLittle * photon.weight) continue;
+            if (weight == 0 || rng.uniform() < 0.5) return;
+            weight *= 2;
         }
     }
 
