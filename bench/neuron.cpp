@@ -78,6 +78,7 @@ Figures render_neuron(const SceneDescription& description) {
         const RenderResult result = render(scene, silent);
         figures["real"] = static_cast<double>(result.counts.real_collisions);
         figures["null"] = static_cast<double>(result.counts.null_collisions);
+        figures["shadow"] = static_cast<double>(result.counts.shadow_collisions);
         figures["lookups"] = static_cast<double>(result.counts.grid_lookups);
         figures["violations"] = static_cast<double>(result.counts.bound_violations);
     });
@@ -94,10 +95,12 @@ void report_render(const std::string& what, SceneDescription scene, double set_u
     table.heading(fmt::format("{}, {} x {}, {} samples", what, kPixels, kPixels, kSamples));
     table.figure("seconds, two threads by their CPU time", seconds);
     table.figure("  paths/s (k)", paths / seconds / 1e3);
-    table.figure("  real and null collisions/s (M)", collisions / seconds / 1e6);
+    table.figure("  real and null collisions of flights/s (M)", collisions / seconds / 1e6);
+    table.figure("  those of transmittances included/s (M)", (collisions + two.at("shadow")) / seconds / 1e6);
     table.figure("  grid look-ups/s (M)", two.at("lookups") / seconds / 1e6);
     table.figure("  real collisions per path", two.at("real") / paths);
     table.figure("  null collisions per path", two.at("null") / paths);
+    table.figure("  tentative collisions of transmittances per path", two.at("shadow") / paths);
     table.figure("  collisions per real one", collisions / two.at("real"));
     table.figure("  grid look-ups per path", two.at("lookups") / paths);
     table.figure("  one thread over two, by the clock", one.at("seconds") / two.at("seconds"));
