@@ -13,7 +13,8 @@ struct DirectionLobe {
     double g = 0;
 };
 
-/// Draws a direction: a quarter of them isotropic, the others from the lobes in equal parts; all isotropic without lobes.
+/// Draws a direction: a quarter of them isotropic, the others from the lobes in equal parts; all isotropic without
+/// lobes.
 Vec3 sample_direction(std::span<const DirectionLobe> lobes, Rng& rng);
 
 /// Density of `sample_direction`, per steradian.
