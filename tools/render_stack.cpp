@@ -23,6 +23,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <set>
@@ -88,6 +89,7 @@ private:
     std::string work_key() const;
     void require_disk(const PlaneStore& store) const;
     bool is_finished() const;
+    void require_replaceable_outputs() const;
     bool render_planes(const PlaneStore& store);
     void assemble(const PlaneStore& store, int view);
     void write_stack(const PlaneStore& store, const fs::path& path, const StackInfo& info, const PlaneSource& source,
@@ -146,6 +148,11 @@ StackJob::StackJob(const CommandLine& line, const Scene& scene, fs::path output,
     if (std::find(layers.begin(), layers.end(), layer_) == layers.end()) {
         line.fail(fmt::format("--layer \"{}\" is none of this scene's layers: {}", layer_, fmt::join(layers, ", ")));
     }
+    if (line.values().count("value-per-count") > 0) {
+        const double value = line.values()["value-per-count"].as<double>();
+        if (!(value > 0) || !std::isfinite(value)) line.fail("--value-per-count must be a number above zero");
+        if (type_ != SampleType::UInt16) line.fail("--value-per-count goes with --type uint16");
+    }
     truth_ = read_truth(line);
     if (wants("photons") && !can_count_photons()) {
         const std::string why =
@@ -178,9 +185,11 @@ std::string StackJob::work_key() const {
 
 fs::path StackJob::beside(int view, const std::string& end) const {
     std::string name = split_name(output_).first;
-    if (views() > 1)
-        name +=
-            fmt::format("-view{:03.0f}", stack_.views.angles_rad[static_cast<std::size_t>(view)] * 57.29577951308232);
+    if (views() > 1) {
+        const double degrees = stack_.views.angles_rad[static_cast<std::size_t>(view)] * 57.29577951308232;
+        const bool whole = std::abs(degrees - std::round(degrees)) < 1e-6;
+        name += whole ? fmt::format("-view{:03.0f}", degrees) : fmt::format("-view{:.6g}", degrees);
+    }
     return output_.parent_path() / (name + end);
 }
 
@@ -190,6 +199,11 @@ bool StackJob::is_finished() const {
         std::error_code ignored;
         const fs::path first = format_ == StackFormat::Exr ? plane_path(view, 0) : view_path(view);
         if (!fs::exists(first, ignored)) return false;
+        for (const std::string& kind : truth_) {
+            const bool apart = (kind != "labels" || format_ != StackFormat::OmeZarr) &&
+                               (kind != "concentration" || !scene_.dyes.empty());
+            if (apart && !fs::exists(truth_path(view, kind), ignored)) return false;
+        }
         std::ifstream in(beside(view, ".png"), std::ios::binary);
         std::string head(4096, '\0');
         in.read(head.data(), static_cast<std::streamsize>(head.size()));
@@ -224,6 +238,28 @@ void StackJob::require_disk(const PlaneStore& store) const {
                     "and {:.3g} GB are free: take fewer planes or pixels, or write elsewhere",
                     output_.string(), images(), scene_.description.camera.width, scene_.description.camera.height,
                     channels_, needed / 1e9, static_cast<double>(space.available) / 1e9));
+}
+
+// Before the work begins: what is in the way of an output, and is none of ours, stays.
+void StackJob::require_replaceable_outputs() const {
+    if (format_ != StackFormat::OmeZarr) require_writable(output_);
+    std::set<fs::path> pictures;
+    for (int view = 0; view < views(); ++view) {
+        if (!pictures.insert(beside(view, ".png")).second) line_.fail("two of the stack's views have the same angle");
+        std::vector<fs::path> stacks;
+        if (format_ != StackFormat::Exr) stacks.push_back(view_path(view));
+        for (const std::string& kind : truth_)
+            stacks.push_back(truth_path(view, kind));
+        for (const fs::path& path : stacks) {
+            if (format_ == StackFormat::OmeZarr) {
+                require_replaceable_zarr(path);
+            } else {
+                require_writable(path);
+            }
+        }
+        require_writable(beside(view, ".png"));
+        require_writable(beside(view, ".apng"));
+    }
 }
 
 bool StackJob::render_planes(const PlaneStore& store) {
@@ -455,7 +491,7 @@ ExitCode StackJob::run() {
         report(nullptr, 0);
         return ExitCode::Ok;
     }
-    if (format_ != StackFormat::OmeZarr) require_writable(output_);
+    require_replaceable_outputs();
     const PlaneStore store(folder(), key_, plane_pixels_ * channels_, overwrite);
     try {
         require_disk(store);

@@ -155,7 +155,11 @@ ExitCode run_sensor(const std::vector<std::string>& arguments) {
     const fs::path output = line.values()["output"].as<std::string>();
     const std::optional<StackFormat> format = stack_format(line, output);
     if (!format || *format == StackFormat::Exr) line.fail("the counts are written as .ome.tif or .ome.zarr");
-    if (*format != StackFormat::OmeZarr) require_writable(output);
+    if (*format == StackFormat::OmeZarr) {
+        require_replaceable_zarr(output);
+    } else {
+        require_writable(output);
+    }
 
     StackFile stack(line.values()["stack"].as<std::string>());
     const Camera camera = choose_camera(line, stack.info());

@@ -323,6 +323,54 @@ TEST_F(StackTest, TheSpecimenRendersAndTheSameGridWrittenAgainKeepsTheFinishedSt
         "assert set(np.unique(l)) == {0, 1, 2}, np.unique(l)\"");
 }
 
+TEST_F(StackTest, WhatIsInTheWayAndNotAStackOfOursStays) {
+    fs::create_directories(folder() / "data" / "sub");
+    write("data/sub/thesis.txt", "precious");
+    fs::create_directories(folder() / "t-labels.ome.tif");
+    write("t-labels.ome.tif/keep.txt", "precious");
+    write("file.ome.zarr", "precious");
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "s.ome.zarr", "--samples", "1"}).exit_code, 0);
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "s.ome.zarr", "--samples", "2"}).exit_code, 0)
+        << "its own is replaced";
+    write("s.ome.zarr/mine.txt", "precious");
+    expect_rows({
+        {"a folder with other things",
+         {"render", "scene.toml", "-o", "data", "--format", "ome-zarr"},
+         5,
+         "data: is a folder with other things in it"},
+        {"the folder itself",
+         {"render", "scene.toml", "-o", ".", "--format", "ome-zarr"},
+         5,
+         "with other things in it"},
+        {"a file", {"render", "scene.toml", "-o", "file.ome.zarr"}, 5, "is there already and no OME-Zarr folder"},
+        {"something beside the levels",
+         {"render", "scene.toml", "-o", "s.ome.zarr", "--samples", "3"},
+         5,
+         "\"mine.txt\" in it is not of the stack"},
+        {"a folder where the labels go",
+         {"render", "scene.toml", "-o", "t.ome.tif", "--truth", "labels"},
+         5,
+         "t-labels.ome.tif: is a folder"},
+        {"counts without a scale",
+         {"render", "scene.toml", "-o", "c.ome.tif", "--type", "uint16", "--value-per-count", "0"},
+         2,
+         "--value-per-count must be a number above zero"},
+    });
+    EXPECT_EQ(read("data/sub/thesis.txt"), "precious");
+    EXPECT_EQ(read("t-labels.ome.tif/keep.txt"), "precious");
+    EXPECT_EQ(read("file.ome.zarr"), "precious");
+    EXPECT_EQ(read("s.ome.zarr/mine.txt"), "precious");
+    EXPECT_FALSE(read("scene.toml").empty());
+}
+
+TEST_F(StackTest, AFinishedStackThatLostItsTruthIsMadeAgain) {
+    const std::vector<std::string> command = {"render", "scene.toml", "-o", "s.ome.tif", "--truth", "labels"};
+    ASSERT_EQ(run(command).exit_code, 0);
+    fs::remove(folder() / "s-labels.ome.tif");
+    ASSERT_EQ(run(command).exit_code, 0);
+    EXPECT_TRUE(fs::exists(folder() / "s-labels.ome.tif"));
+}
+
 TEST_F(StackTest, BadInputIsNamedBeforeTheWorkBegins) {
     write_changed("step.toml", "\"10 um\"\n[render]", "\"0 um\"\n[render]");
     write_changed("stop.toml", "stop  = \"30 um\"", "stop  = \"-31 um\"");

@@ -32,6 +32,10 @@ void save_ome_tiff(const std::filesystem::path& path, const StackInfo& info, con
 /// Hyperstack of ImageJ 1.x. Throws OutputError also for what cannot be in one: over 4 GB.
 void save_imagej_tiff(const std::filesystem::path& path, const StackInfo& info, const PlaneSource& source);
 
+/// Throws OutputError where `path` is anything but a folder that `save_ome_zarr` wrote, with nothing else in it, or an
+/// empty one: only those are replaced. To be asked before long work.
+void require_replaceable_zarr(const std::filesystem::path& path);
+
 /// OME-Zarr 0.4: axes c, z, y, x; one chunk a plane, zlib; sizes halved along x and y until they are small.
 /// `labels`, where given, go into its group "labels".
 void save_ome_zarr(const std::filesystem::path& path, const StackInfo& info, const PlaneSource& source,

@@ -197,12 +197,44 @@ void write_zarr(const fs::path& folder, const StackInfo& info, const PlaneSource
     if (labels) write_labels(folder, info, *labels);
 }
 
+// Names at the top of a folder that write_zarr makes.
+bool is_ours(const std::string& name) {
+    return name == ".zattrs" || name == ".zgroup" || name == "labels" ||
+           std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+bool is_written_by_us(const fs::path& folder) {
+    std::ifstream in(folder / ".zattrs");
+    const Json attributes = Json::parse(in, nullptr, false);
+    return attributes.is_object() && attributes.contains("fluovox");
+}
+
 }  // namespace
+
+void require_replaceable_zarr(const fs::path& path) {
+    std::error_code ignored;
+    if (!fs::exists(path, ignored)) return;
+    if (!fs::is_directory(path, ignored))
+        throw OutputError(path.string() + ": is there already and no OME-Zarr folder");
+    const fs::directory_iterator entries(path, ignored);
+    if (entries == fs::directory_iterator()) return;
+    if (!is_written_by_us(path)) {
+        throw OutputError(path.string() + ": is a folder with other things in it; name one that is not there yet");
+    }
+    for (const fs::directory_entry& entry : entries) {
+        const std::string name = entry.path().filename().string();
+        if (!is_ours(name)) {
+            throw OutputError(
+                fmt::format("{}: \"{}\" in it is not of the stack that would be replaced", path.string(), name));
+        }
+    }
+}
 
 void save_ome_zarr(const fs::path& path, const StackInfo& info, const PlaneSource& source,
                    const std::optional<StackLabels>& labels) {
     const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
     require_writable(parent / ".fluovox");
+    require_replaceable_zarr(path);
     const std::string name = fmt::format(".{}.{}", path.filename().string(), ::getpid());
     const fs::path fresh = parent / (name + ".new");
     const fs::path old = parent / (name + ".old");
