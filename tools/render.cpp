@@ -5,20 +5,20 @@
 #include "fluovox/core/progress.h"
 #include "fluovox/image/exr.h"
 #include "fluovox/image/preview.h"
+#include "fluovox/image/relative_error.h"
 #include "fluovox/image/rendered_image.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/transport/darkness.h"
 
 #include "commands.h"
+#include "json_or_null.h"
 #include "render_stack.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -58,32 +58,6 @@ void require_tracking(const CommandLine& line, const Scene& scene) {
         fmt::format("--tracking plain goes with the estimator path, and this scene's is {}; add --set "
                     "render.estimator=path",
                     chosen_estimator(scene).name));
-}
-
-struct RelativeErrors {
-    double all = 0, brightest = 0;
-};
-
-/// Medians of the relative standard error of brightness (the mean over channels of the layer that previews show), over
-/// the pixels that have light and over the brightest tenth of all.
-RelativeErrors median_relative_errors(const Film& film, int layer) {
-    std::vector<std::pair<double, double>> pixels;  // brightness, error
-    for (int p = 0; p < film.pixels(); ++p) {
-        const double mean = film.mean_of_all(layer, p);
-        if (mean > 0) pixels.emplace_back(mean, std::sqrt(film.variance_of_mean_of_all(layer, p)) / mean);
-    }
-    std::sort(pixels.begin(), pixels.end(), std::greater<>());
-    const auto median_of = [&](std::size_t count) {
-        std::vector<double> errors;
-        for (std::size_t p = 0; p < std::min(count, pixels.size()); ++p)
-            errors.push_back(pixels[p].second);
-        if (errors.empty()) return 0.0;
-        const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-        std::nth_element(errors.begin(), middle, errors.end());
-        return *middle;
-    };
-    return {median_of(pixels.size()),
-            median_of(std::max(std::size_t{1}, static_cast<std::size_t>(film.pixels()) / 10))};
 }
 
 }  // namespace
@@ -174,7 +148,8 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     if (image.bound_violations > 0)
         warn(line.common(), fmt::format("{} bounds were exceeded: the image is biased", image.bound_violations));
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const RelativeErrors error = median_relative_errors(result.film, image.display_layer());
+    const RelativeErrors error = relative_errors(result.film, image.display_layer(), BrightestOf::AllPixels);
+    const bool has_light = !is_dark(result.film, image.layers[static_cast<std::size_t>(image.display_layer())].c_str());
     if (line.common().json) {
         const nlohmann::ordered_json json = {
             {"outputs", {output.string(), preview.string()}},
@@ -184,8 +159,8 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
             {"estimator", provenance.estimator},
             {"nan_count", image.nan_count},
             {"bound_violations", image.bound_violations},
-            {"median_relative_error", error.all},
-            {"bright_relative_error", error.brightest},
+            {"median_relative_error", json_or_null(error.all)},
+            {"bright_relative_error", json_or_null(error.brightest)},
             {"real_collisions", result.counts.real_collisions},
             {"null_collisions", result.counts.null_collisions},
             {"shadow_collisions", result.counts.shadow_collisions},
@@ -196,12 +171,11 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     } else {
         fmt::print("{}\n{}\n", output.string(), preview.string());
         if (!line.common().quiet) {
-            fmt::print(
-                stderr,
-                "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {:.3g} %, {:.3g} % "
-                "in the brightest tenth\n",
-                image.width, image.height, provenance.samples, provenance.estimator, seconds, 100 * error.all,
-                100 * error.brightest);
+            fmt::print(stderr,
+                       "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {}, {} "
+                       "in the brightest tenth\n",
+                       image.width, image.height, provenance.samples, provenance.estimator, seconds,
+                       relative_error_text(error.all, has_light), relative_error_text(error.brightest, has_light));
         }
     }
     return ExitCode::Ok;

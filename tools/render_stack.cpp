@@ -2,7 +2,6 @@
 
 #include "fluovox/core/atomic_file.h"
 #include "fluovox/core/digest.h"
-#include "fluovox/core/memory.h"
 #include "fluovox/core/progress.h"
 #include "fluovox/core/version.h"
 #include "fluovox/image/apng.h"
@@ -11,21 +10,22 @@
 #include "fluovox/image/sensor.h"
 #include "fluovox/image/stack_pictures.h"
 #include "fluovox/scene/stack.h"
-#include "fluovox/transport/darkness.h"
 #include "fluovox/transport/ground_truth.h"
 #include "fluovox/transport/render.h"
 #include "fluovox/transport/stack_view.h"
 
+#include "stack_report.h"
+#include "stack_stamp.h"
+
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
+#include <map>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <vector>
@@ -35,7 +35,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kKeyRemark = "fluovox:stack";
 constexpr int kFrame_ms = 120;
 
 bool ends_with(const std::string& text, std::string_view end) {
@@ -88,7 +87,7 @@ private:
     int images() const { return views() * planes_; }
     std::string work_key() const;
     void require_disk(const PlaneStore& store) const;
-    bool is_finished() const;
+    std::optional<std::vector<PlaneFigures>> finished_planes() const;
     void require_replaceable_outputs() const;
     bool render_planes(const PlaneStore& store);
     void assemble(const PlaneStore& store, int view);
@@ -102,8 +101,10 @@ private:
     }
     fs::path truth_path(int view, const std::string& kind) const;
     PlaneSource source(const PlaneStore& store, int view) const;
-    void warn_of_planes(const PlaneStore& store) const;
-    void report(const PlaneStore* store, double seconds) const;
+    StackReport report(std::vector<PlaneFigures> planes, std::optional<double> seconds) const;
+    void list_finished_outputs();
+    std::vector<PlaneFigures> figures_of(const PlaneStore& store) const;
+    std::map<std::string, std::vector<fs::path>> parts(int view) const;
 
     fs::path beside(int view, const std::string& end) const;
     fs::path view_path(int view) const { return beside(view, split_name(output_).second); }
@@ -193,23 +194,41 @@ fs::path StackJob::beside(int view, const std::string& end) const {
     return output_.parent_path() / (name + end);
 }
 
-// The projection is the last file to be written, and says which work it ends.
-bool StackJob::is_finished() const {
-    for (int view = 0; view < views(); ++view) {
-        std::error_code ignored;
-        const fs::path first = format_ == StackFormat::Exr ? plane_path(view, 0) : view_path(view);
-        if (!fs::exists(first, ignored)) return false;
-        for (const std::string& kind : truth_) {
-            const bool apart = (kind != "labels" || format_ != StackFormat::OmeZarr) &&
-                               (kind != "concentration" || !scene_.dyes.empty());
-            if (apart && !fs::exists(truth_path(view, kind), ignored)) return false;
-        }
-        std::ifstream in(beside(view, ".png"), std::ios::binary);
-        std::string head(4096, '\0');
-        in.read(head.data(), static_cast<std::streamsize>(head.size()));
-        if (head.find(key_) == std::string::npos) return false;
+/// What has to be there besides the pictures, by what it is.
+std::map<std::string, std::vector<fs::path>> StackJob::parts(int view) const {
+    std::map<std::string, std::vector<fs::path>> parts;
+    if (format_ != StackFormat::Exr) parts["stack"] = {view_path(view)};
+    for (int plane = 0; plane < planes_ && format_ == StackFormat::Exr; ++plane)
+        parts["stack"].push_back(plane_path(view, plane));
+    for (const std::string& kind : truth_) {
+        const bool apart =
+            (kind != "labels" || format_ != StackFormat::OmeZarr) && (kind != "concentration" || !scene_.dyes.empty());
+        if (apart) parts[kind] = {truth_path(view, kind)};
     }
-    return true;
+    return parts;
+}
+
+// The projection is the last file to be written, and says which work it ends and what was written before it.
+std::optional<std::vector<PlaneFigures>> StackJob::finished_planes() const {
+    std::vector<PlaneFigures> planes;
+    for (int view = 0; view < views(); ++view) {
+        const std::optional<StackStamp> stamp = load_stamp(beside(view, ".png"));
+        if (!stamp || stamp->key != key_ || stamp->planes.size() != static_cast<std::size_t>(planes_))
+            return std::nullopt;
+        for (const auto& [name, files] : parts(view)) {
+            const auto written = stamp->parts.find(name);
+            if (written != stamp->parts.end() && still_holds(files, written->second)) continue;
+            std::error_code ignored;
+            if (fs::exists(files.front(), ignored)) {
+                warn(line_.common(), fmt::format("{} is not as it was written (damaged, cut short or replaced): the "
+                                                 "stack is rendered again",
+                                                 files.front().string()));
+            }
+            return std::nullopt;
+        }
+        planes.insert(planes.end(), stamp->planes.begin(), stamp->planes.end());
+    }
+    return planes;
 }
 
 void StackJob::require_disk(const PlaneStore& store) const {
@@ -382,92 +401,41 @@ void StackJob::assemble(const PlaneStore& store, int view) {
     if (truth) write_truth(store, info, view, *truth);
     const StackPictures pictures = make_stack_pictures(info, scene_.description.film, source(store, view));
     save_apng(beside(view, ".apng"), pictures.frames, kFrame_ms);
-    save_png(beside(view, ".png"), pictures.projection,
-             {{"Description", "brightest values along the stack; " + pictures.exposure}, {kKeyRemark, key_}});
+    StackStamp stamp{key_, {}, {}};
+    for (const auto& [name, files] : parts(view))
+        stamp.parts[name] = content_of(files);
+    for (int plane = 0; plane < planes_; ++plane)
+        stamp.planes.push_back(store.figures(view * planes_ + plane));
+    save_png(
+        beside(view, ".png"), pictures.projection,
+        {{"Description", "brightest values along the stack; " + pictures.exposure}, {kStampRemark, to_json(stamp)}});
     outputs_.push_back(beside(view, ".png"));
     outputs_.push_back(beside(view, ".apng"));
 }
 
-void StackJob::warn_of_planes(const PlaneStore& store) const {
-    int dark = 0;
-    std::int64_t not_finite = 0;
-    std::int64_t exceeded = 0;
-    for (int image = 0; image < images(); ++image) {
-        const PlaneFigures figures = store.figures(image);
-        dark += figures.is_dark ? 1 : 0;
-        not_finite += figures.nan_count;
-        exceeded += figures.bound_violations;
-    }
-    if (dark == images()) {
-        warn(line_.common(), "every plane is black");
-        for (const std::string& reason : reasons_for_darkness(scene_at(scene_, 0, planes_ / 2)))
-            warn(line_.common(), reason);
-    } else if (dark > 0) {
-        warn(line_.common(), fmt::format("{} of {} planes are black", dark, images()));
-    }
-    if (not_finite > 0) warn(line_.common(), fmt::format("{} samples were not finite and count as zero", not_finite));
-    if (exceeded > 0) warn(line_.common(), fmt::format("{} bounds were exceeded: the images are biased", exceeded));
+std::vector<PlaneFigures> StackJob::figures_of(const PlaneStore& store) const {
+    std::vector<PlaneFigures> planes;
+    for (int image = 0; image < images(); ++image)
+        planes.push_back(store.figures(image));
+    return planes;
 }
 
-void StackJob::report(const PlaneStore* store, double seconds) const {
-    nlohmann::ordered_json planes = nlohmann::ordered_json::array();
-    std::vector<double> errors;
-    std::vector<double> bright;
-    std::int64_t nan_count = 0;
-    std::int64_t bound_violations = 0;
-    for (int image = 0; image < images() && store != nullptr; ++image) {
-        const PlaneFigures figures = store->figures(image);
-        planes.push_back({{"view", image / planes_},
-                          {"plane", image % planes_},
-                          {"offset_um", plane_offset_um(stack_, image % planes_)},
-                          {"seconds", figures.seconds},
-                          {"median_relative_error", figures.median_relative_error},
-                          {"bright_relative_error", figures.bright_relative_error}});
-        nan_count += figures.nan_count;
-        bound_violations += figures.bound_violations;
-        errors.push_back(figures.median_relative_error);
-        bright.push_back(figures.bright_relative_error);
+StackReport StackJob::report(std::vector<PlaneFigures> planes, std::optional<double> seconds) const {
+    return {output_, outputs_, format_, estimator_, std::move(planes), seconds};
+}
+
+// Names of what is there; only the animation may have gone, which is no data.
+void StackJob::list_finished_outputs() {
+    for (int view = 0; view < views(); ++view) {
+        const auto there = parts(view);
+        for (const char* part : {"stack", "labels", "concentration", "irradiance", "photons"}) {
+            const auto files = there.find(part);
+            if (files != there.end()) outputs_.insert(outputs_.end(), files->second.begin(), files->second.end());
+        }
+        outputs_.push_back(beside(view, ".png"));
+        std::error_code ignored;
+        if (fs::exists(beside(view, ".apng"), ignored)) outputs_.push_back(beside(view, ".apng"));
     }
-    const auto median = [](std::vector<double>& values) {
-        if (values.empty()) return 0.0;
-        std::sort(values.begin(), values.end());
-        return values[values.size() / 2];
-    };
-    const double error = median(errors);
-    const double bright_error = median(bright);
-    std::vector<std::string> names;
-    for (const fs::path& path : outputs_)
-        names.push_back(path.string());
-    if (line_.common().json) {
-        const nlohmann::ordered_json json = {
-            {"outputs", names},
-            {"seconds", seconds},
-            {"samples", scene_.description.render.samples},
-            {"threads", tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)},
-            {"estimator", estimator_},
-            {"nan_count", nan_count},
-            {"bound_violations", bound_violations},
-            {"median_relative_error", error},
-            {"bright_relative_error", bright_error},
-            {"planes", planes},
-            {"peak_memory_bytes", peak_resident_bytes()},
-        };
-        fmt::print("{}\n", json.dump(2));
-        return;
-    }
-    for (const std::string& name : names)
-        fmt::print("{}\n", name);
-    if (line_.common().quiet) return;
-    if (store == nullptr) {
-        fmt::print(stderr, "{} is finished already\n", output_.string());
-    } else {
-        fmt::print(stderr,
-                   "{} planes of {} x {} pixels, {} channels, {} samples each, estimator {}, {:.1f} s; median relative "
-                   "error {:.3g} %, in the brightest tenth {:.3g} %\n",
-                   images(), scene_.description.camera.width, scene_.description.camera.height, channels_,
-                   scene_.description.render.samples, estimator_, seconds, 100 * error, 100 * bright_error);
-    }
-    fmt::print(stderr, "Open with {}\n", how_to_open(format_));
 }
 
 ExitCode StackJob::run() {
@@ -475,20 +443,10 @@ ExitCode StackJob::run() {
     for (const std::string& doubt : doubts_about_stack(scene_))
         warn(line_.common(), doubt);
     const bool overwrite = line_.values()["overwrite"].as<bool>();
-    if (!overwrite && is_finished()) {
-        for (int view = 0; view < views(); ++view) {
-            for (int plane = 0; plane < planes_ && format_ == StackFormat::Exr; ++plane)
-                outputs_.push_back(plane_path(view, plane));
-            if (format_ != StackFormat::Exr) outputs_.push_back(view_path(view));
-            for (const char* kind : {"labels", "concentration", "irradiance", "photons"}) {
-                std::error_code ignored;
-                if (wants(kind) && fs::exists(truth_path(view, kind), ignored))
-                    outputs_.push_back(truth_path(view, kind));
-            }
-            outputs_.push_back(beside(view, ".png"));
-            outputs_.push_back(beside(view, ".apng"));
-        }
-        report(nullptr, 0);
+    if (auto planes = overwrite ? std::nullopt : finished_planes()) {
+        list_finished_outputs();
+        warn_of_planes(line_, scene_, *planes);
+        print_stack_report(line_, scene_, report(std::move(*planes), std::nullopt));
         return ExitCode::Ok;
     }
     require_replaceable_outputs();
@@ -506,8 +464,10 @@ ExitCode StackJob::run() {
         if (!any) store.remove();
         throw OutputError(std::string(e.what()) + (any ? "; finished planes are kept, run again to go on" : ""));
     }
-    warn_of_planes(store);
-    report(&store, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    std::vector<PlaneFigures> planes = figures_of(store);
+    warn_of_planes(line_, scene_, planes);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    print_stack_report(line_, scene_, report(std::move(planes), seconds));
     store.remove();
     return ExitCode::Ok;
 }

@@ -69,6 +69,15 @@ TEST_F(RenderTest, WritesTheImageAndItsPreview) {
          "0,\\s*\"median_relative_error\": "},
         {"quiet says nothing but the results", {"render", "scene.toml", "-o", "image.exr", "-q"}, 0, "^$", "image.exr"},
         {"examples first", {"render", "--help"}, 0, "", "^Examples:"},
+        {"one sample tells no error",
+         {"render", "scene.toml", "-o", "image.exr", "--samples", "1"},
+         0,
+         "median relative error unknown \\(one sample per pixel\\), unknown"},
+        {"which JSON has as null",
+         {"render", "scene.toml", "-o", "image.exr", "--samples", "1", "--json"},
+         0,
+         "",
+         "\"median_relative_error\": null,\\s*\"bright_relative_error\": null"},
     });
 }
 

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <string>
 
 namespace fluovox::testing {
@@ -369,6 +370,78 @@ TEST_F(StackTest, AFinishedStackThatLostItsTruthIsMadeAgain) {
     fs::remove(folder() / "s-labels.ome.tif");
     ASSERT_EQ(run(command).exit_code, 0);
     EXPECT_TRUE(fs::exists(folder() / "s-labels.ome.tif"));
+}
+
+TEST_F(StackTest, AFinishedStackWhoseFilesNoLongerHoldIsRenderedAgain) {
+    const auto flip_in_the_middle = [&](const std::string& name) {
+        std::string bytes = read(name);
+        bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+        write(name, bytes);
+    };
+    const auto cut_short = [&](const std::string& name) { write(name, read(name).substr(0, read(name).size() / 2)); };
+    const auto replace = [&](const std::string& name) { write(name, "another file"); };
+    struct Row {
+        std::string output, damaged;
+        std::function<void(const std::string&)> damage;
+        std::vector<std::string> more;
+    };
+    for (const Row& row : {Row{"a.ome.tif", "a.ome.tif", flip_in_the_middle, {}},
+                           Row{"b.ome.tif", "b.ome.tif", cut_short, {}}, Row{"c.ome.tif", "c.ome.tif", replace, {}},
+                           Row{"d.ome.tif", "d-labels.ome.tif", flip_in_the_middle, {"--truth", "labels"}},
+                           Row{"e.tif", "e.tif", flip_in_the_middle, {"--format", "imagej"}},
+                           Row{"f.ome.zarr", "f.ome.zarr/0/1/3/0/0", flip_in_the_middle, {}},
+                           Row{"g.ome.zarr", "g.ome.zarr/0/.zarray", cut_short, {}},
+                           Row{"h.exr", "h-0003.exr", cut_short, {}}, Row{"i.ome.tif", "i.png", cut_short, {}}}) {
+        SCOPED_TRACE(row.output);
+        std::vector<std::string> command = {"render", "scene.toml", "-o", row.output, "--samples", "2"};
+        command.insert(command.end(), row.more.begin(), row.more.end());
+        ASSERT_EQ(run(command).exit_code, 0);
+        EXPECT_TRUE(found("is finished already", run(command).err));
+        const std::string good = read(row.damaged);
+        row.damage(row.damaged);
+        ASSERT_NE(read(row.damaged), good);
+        const ProgramResult again = run(command);
+        EXPECT_EQ(again.exit_code, 0) << again.err;
+        EXPECT_TRUE(found("7 planes of 14 x 12 pixels", again.err));
+        if (row.damaged != "i.png") {
+            EXPECT_TRUE(found("is not as it was written .* is rendered again", again.err));
+        }
+        EXPECT_TRUE(read(row.damaged) == good);
+    }
+    write("f.ome.zarr/0/.DS_Store", "a file manager's");
+    EXPECT_TRUE(found("is finished already", run({"render", "scene.toml", "-o", "f.ome.zarr", "--samples", "2"}).err));
+}
+
+TEST_F(StackTest, JsonOfAFinishedStackHoldsWhatWasMeasuredAndNullForWhatWasNot) {
+    const std::vector<std::string> command = {"render", "scene.toml", "-o", "s.ome.tif", "--json"};
+    const auto fresh = nlohmann::json::parse(run(command).out);
+    const auto finished = nlohmann::json::parse(run(command).out);
+    EXPECT_EQ(fresh.at("finished_before"), false);
+    EXPECT_GT(fresh.at("seconds"), 0.0);
+    EXPECT_EQ(finished.at("finished_before"), true);
+    EXPECT_TRUE(finished.at("seconds").is_null());
+    EXPECT_GT(finished.at("median_relative_error"), 0.0);
+    for (const char* same : {"outputs", "nan_count", "median_relative_error", "bright_relative_error"})
+        EXPECT_EQ(finished.at(same), fresh.at(same)) << same;
+    ASSERT_EQ(finished.at("planes").size(), 7U);
+    EXPECT_TRUE(finished.at("planes").at(3).at("seconds").is_null());
+    EXPECT_EQ(finished.at("planes").at(3).at("median_relative_error"),
+              fresh.at("planes").at(3).at("median_relative_error"));
+}
+
+TEST_F(StackTest, TheErrorOfOneSamplePerPixelIsUnknown) {
+    const auto json =
+        nlohmann::json::parse(run({"render", "scene.toml", "-o", "j.ome.tif", "--samples", "1", "--json"}).out);
+    EXPECT_TRUE(json.at("median_relative_error").is_null()) << json;
+    EXPECT_TRUE(json.at("planes").at(3).at("bright_relative_error").is_null());
+    expect_rows({{"of a stack",
+                  {"render", "scene.toml", "-o", "s.ome.tif", "--samples", "1"},
+                  0,
+                  "median relative error unknown \\(one sample per pixel\\), in the brightest tenth unknown"},
+                 {"with two it is known",
+                  {"render", "scene.toml", "-o", "t.ome.tif", "--samples", "2"},
+                  0,
+                  "median relative error \\d.* %, in"}});
 }
 
 TEST_F(StackTest, BadInputIsNamedBeforeTheWorkBegins) {

@@ -20,6 +20,17 @@ namespace fs = std::filesystem;
 constexpr std::size_t kHeader = 512;  // bytes of JSON and spaces before the values
 constexpr const char* kKeyFile = "stack.key";
 
+// JSON has no number for what is not known: null.
+nlohmann::json json_of(std::optional<double> value) {
+    return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+std::optional<double> number_in(const nlohmann::json& json, const char* key) {
+    const nlohmann::json& value = json.at(key);
+    if (value.is_null()) return std::nullopt;
+    return value.get<double>();
+}
+
 }  // namespace
 
 PlaneStore::PlaneStore(const fs::path& folder, const std::string& key, std::size_t values_per_plane, bool overwrite)
@@ -53,10 +64,10 @@ bool PlaneStore::has(int plane) const {
 }
 
 void PlaneStore::save(int plane, std::span<const float> values, const PlaneFigures& figures) const {
-    const nlohmann::json json = {{"median_relative_error", figures.median_relative_error},
-                                 {"bright_relative_error", figures.bright_relative_error},
+    const nlohmann::json json = {{"median_relative_error", json_of(figures.median_relative_error)},
+                                 {"bright_relative_error", json_of(figures.bright_relative_error)},
                                  {"max_value", figures.max_value},
-                                 {"seconds", figures.seconds},
+                                 {"seconds", json_of(figures.seconds)},
                                  {"nan_count", figures.nan_count},
                                  {"bound_violations", figures.bound_violations},
                                  {"is_dark", figures.is_dark}};
@@ -77,10 +88,10 @@ PlaneFigures PlaneStore::figures(int plane) const try {
     std::ifstream in(file_of(plane), std::ios::binary);
     in.read(header.data(), static_cast<std::streamsize>(header.size()));
     const auto json = nlohmann::json::parse(header);
-    return {json.at("median_relative_error"),
-            json.at("bright_relative_error"),
+    return {number_in(json, "median_relative_error"),
+            number_in(json, "bright_relative_error"),
             json.at("max_value"),
-            json.at("seconds"),
+            number_in(json, "seconds"),
             json.at("nan_count"),
             json.at("bound_violations"),
             json.at("is_dark")};

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -10,10 +11,10 @@ namespace fluovox {
 
 /// What is known of one finished plane besides its pixels.
 struct PlaneFigures {
-    double median_relative_error = 0;  ///< over the pixels that have light
-    double bright_relative_error = 0;  ///< median over the brightest tenth of the pixels
+    std::optional<double> median_relative_error;  ///< over the pixels that have light; nothing: not known
+    std::optional<double> bright_relative_error;  ///< median over the brightest tenth of those pixels
     double max_value = 0;
-    double seconds = 0;  ///< that it took
+    std::optional<double> seconds;  ///< that it took; nothing: not recorded
     std::int64_t nan_count = 0;
     std::int64_t bound_violations = 0;
     bool is_dark = false;

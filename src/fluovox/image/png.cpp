@@ -3,10 +3,15 @@
 #include "fluovox/core/atomic_file.h"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <csetjmp>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
+#include <string_view>
 
 namespace fluovox {
 namespace {
@@ -97,6 +102,13 @@ std::string encode_picture(const BasicPicture<Sample>& picture, const PngRemarks
     return bytes;
 }
 
+std::uint32_t number_at(std::string_view bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = at; i < at + 4; ++i)
+        value = (value << 8U) | static_cast<unsigned char>(bytes[i]);
+    return value;
+}
+
 }  // namespace
 
 std::string to_png(const Picture& picture, const PngRemarks& remarks) {
@@ -113,6 +125,30 @@ void save_png(const std::filesystem::path& path, const Picture& picture, const P
 
 void save_png(const std::filesystem::path& path, const Picture16& picture, const PngRemarks& remarks) {
     write_text_file(path, to_png(picture, remarks));
+}
+
+// A signature, then chunks: length, name, data, check sum of name and data; IEND is the last. ISO/IEC 15948.
+std::optional<std::string> load_png_remark(const std::filesystem::path& path, const std::string& keyword) {
+    constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
+    constexpr std::size_t kAround = 12;  // bytes of a chunk beside its data
+    std::ifstream in(path, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    if (bytes.compare(0, kSignature.size(), kSignature) != 0) return std::nullopt;
+    std::optional<std::string> remark;
+    for (std::size_t at = kSignature.size(); bytes.size() - at >= kAround;) {
+        const std::size_t size = number_at(bytes, at);
+        if (size > bytes.size() - at - kAround) return std::nullopt;
+        const std::string_view body = std::string_view(bytes).substr(at + 4, 4 + size);
+        const auto* data = reinterpret_cast<const Bytef*>(body.data());  // NOLINT(*-reinterpret-cast): bytes
+        if (crc32(0, data, static_cast<uInt>(body.size())) != number_at(bytes, at + 8 + size)) return std::nullopt;
+        const std::string_view text = body.substr(4);
+        const bool wanted = body.substr(0, 4) == "tEXt" && text.size() > keyword.size() &&
+                            text.substr(0, keyword.size()) == keyword && text[keyword.size()] == '\0';
+        if (wanted) remark = std::string(text.substr(keyword.size() + 1));
+        at += size + kAround;
+        if (body.substr(0, 4) == "IEND") return at == bytes.size() ? remark : std::nullopt;
+    }
+    return std::nullopt;
 }
 
 }  // namespace fluovox

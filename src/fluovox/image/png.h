@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,5 +48,9 @@ std::string to_png(const Picture16& picture, const PngRemarks& remarks = {});
 /// Writes a PNG file by `write_atomically`; throws OutputError.
 void save_png(const std::filesystem::path& path, const Picture& picture, const PngRemarks& remarks = {});
 void save_png(const std::filesystem::path& path, const Picture16& picture, const PngRemarks& remarks = {});
+
+/// The remark with a keyword in a PNG file as `save_png` writes them; nothing where there is none, or the file is not a
+/// whole PNG (each of its parts is held against its check sum).
+std::optional<std::string> load_png_remark(const std::filesystem::path& path, const std::string& keyword);
 
 }  // namespace fluovox

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace fluovox {
 
@@ -35,6 +36,10 @@ void save_imagej_tiff(const std::filesystem::path& path, const StackInfo& info, 
 /// Throws OutputError where `path` is anything but a folder that `save_ome_zarr` wrote, with nothing else in it, or an
 /// empty one: only those are replaced. To be asked before long work.
 void require_replaceable_zarr(const std::filesystem::path& path);
+
+/// The files of an OME-Zarr folder that `save_ome_zarr` writes, in order; others in it (of viewers, or a file manager)
+/// are left out.
+std::vector<std::filesystem::path> files_of_zarr(const std::filesystem::path& folder);
 
 /// OME-Zarr 0.4: axes c, z, y, x; one chunk a plane, zlib; sizes halved along x and y until they are small.
 /// `labels`, where given, go into its group "labels".

@@ -230,6 +230,19 @@ void require_replaceable_zarr(const fs::path& path) {
     }
 }
 
+std::vector<fs::path> files_of_zarr(const fs::path& folder) {
+    std::vector<fs::path> files;
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder, ignored)) {
+        const fs::path inside = entry.path().lexically_relative(folder);
+        const bool ours = std::all_of(inside.begin(), inside.end(),
+                                      [](const fs::path& part) { return part == ".zarray" || is_ours(part.string()); });
+        if (ours && entry.is_regular_file(ignored)) files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
 void save_ome_zarr(const fs::path& path, const StackInfo& info, const PlaneSource& source,
                    const std::optional<StackLabels>& labels) {
     const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");

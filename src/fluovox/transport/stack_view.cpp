@@ -1,6 +1,7 @@
 #include "fluovox/transport/stack_view.h"
 
 #include "fluovox/image/preview.h"
+#include "fluovox/image/relative_error.h"
 #include "fluovox/scene/stack.h"
 #include "fluovox/transport/darkness.h"
 #include "fluovox/transport/film_response.h"
@@ -139,15 +140,6 @@ bool has_light(const Scene& scene, const FilmChannel& channel) {
     return false;
 }
 
-/// Median of the relative errors of some pixels, given as (mean, error) pairs.
-double median_error(std::vector<std::pair<double, double>>& pixels) {
-    if (pixels.empty()) return 0;
-    const auto middle = pixels.begin() + static_cast<std::ptrdiff_t>(pixels.size() / 2);
-    std::nth_element(pixels.begin(), middle, pixels.end(),
-                     [](const auto& a, const auto& b) { return a.second < b.second; });
-    return middle->second;
-}
-
 }  // namespace
 
 StackInfo describe_stack(const Scene& scene, int view) {
@@ -203,16 +195,9 @@ std::vector<float> plane_values(const Film& film, int layer, PlaneFigures& figur
     }
     for (const float value : values)
         figures.max_value = std::max(figures.max_value, static_cast<double>(value));
-    std::vector<std::pair<double, double>> lit;  // mean and relative error
-    for (int pixel = 0; pixel < film.pixels(); ++pixel) {
-        const double mean = film.mean_of_all(layer, pixel);
-        if (mean > 0) lit.emplace_back(mean, std::sqrt(film.variance_of_mean_of_all(layer, pixel)) / mean);
-    }
-    std::sort(lit.begin(), lit.end(), std::greater<>());
-    std::vector<std::pair<double, double>> bright(lit.begin(),
-                                                  lit.begin() + static_cast<std::ptrdiff_t>((lit.size() + 9) / 10));
-    figures.bright_relative_error = median_error(bright);
-    figures.median_relative_error = median_error(lit);
+    const RelativeErrors errors = relative_errors(film, layer, BrightestOf::LitPixels);
+    figures.median_relative_error = errors.all;
+    figures.bright_relative_error = errors.brightest;
     figures.nan_count = film.nan_count();
     figures.bound_violations = film.bound_violations();
     figures.is_dark = is_dark(film);
