@@ -243,10 +243,10 @@ void StackJob::require_disk(const PlaneStore& store) const {
         const std::size_t layers = 3 + (scene_.description.film.per_dye ? dyes.size() : 0);
         result = values * 8 * static_cast<double>(layers);
     }
-    const double per_pixel =
-        (wants("labels") ? 2.0 : 0.0) +
-        4 * static_cast<double>((wants("concentration") ? scene_.dyes.size() : 0) +
-                                (wants("irradiance") ? scene_.lights.size() : 0) + (wants("photons") ? channels_ : 0));
+    const double per_pixel = (wants("labels") ? 2.0 : 0.0) +
+                             4 * static_cast<double>((wants("concentration") ? scene_.dyes.size() : 0) +
+                                                     (wants("irradiance") ? scene_.description.lights.size() : 0) +
+                                                     (wants("photons") ? channels_ : 0));
     result += static_cast<double>(plane_pixels_) * per_pixel;
     const double needed = left * store.plane_bytes() + images() * result;
     std::error_code failure;

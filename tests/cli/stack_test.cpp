@@ -299,6 +299,32 @@ assert np.allclose(e[0, 0, 0], peak * np.exp(-2 * np.clip(0.1 + x / 1000, 0, Non
 assert (e[3, 0, 5, 8:10] < e[0, 0, 5, 8:10]).all()")py");
 }
 
+TEST_F(StackTest, IrradianceOfASheetFromBothSidesIsOneChannelOfBothTogether) {
+    write_changed("one.toml", "thickness  = \"5 um\"",
+                  "waist = [\"0 um\", \"0 um\", \"0 um\"]\nthickness  = \"5 um\"\n"
+                  "numerical_aperture = 0.1");
+    write_changed("both.toml", "thickness  = \"5 um\"",
+                  "waist = [\"0 um\", \"0 um\", \"0 um\"]\nthickness  = \"5 um\"\nnumerical_aperture = 0.1\n"
+                  "two_sided = true\npivot_deg = [-2, 0, 2]");
+    for (const std::string name : {"one", "both"}) {
+        const ProgramResult result =
+            run({"render", name + ".toml", "-o", name + ".ome.tif", "--truth", "irradiance", "--samples", "1"});
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+    }
+    if (!has_readers()) GTEST_SKIP() << "python3 is not installed";
+    EXPECT_TRUE(found(R"(both-irradiance.ome.tif ome classic ZCYX float32 \[7, 2, 12, 14\])",
+                      python("one-irradiance.ome.tif both-irradiance.ome.tif")));
+    EXPECT_TRUE(found("Name=\"light 1 \\(488 nm\\)\"[\\s\\S]*Name=\"light 2 \\(561 nm\\)\"",
+                      read("both-irradiance.ome.tif.xml")));
+    // From both sides the light is as strong as from one in the middle, and the same on both sides of it.
+    shell(R"py(/usr/bin/python3 -c "
+import numpy as np
+one, both = (np.load(n + '-irradiance.ome.tif.npy')[3, 0].mean(axis=0) for n in ('one', 'both'))
+assert abs(both[6:8].mean() / one[6:8].mean() - 1) < 0.1, (one, both)
+assert np.allclose(both, both[::-1], rtol=0.1), both
+assert one[2] > 1.05 * one[-3], one")py");
+}
+
 TEST_F(StackTest, TheSpecimenRendersAndTheSameGridWrittenAgainKeepsTheFinishedStack) {
     const fs::path volume = fs::path(FLUOVOX_SOURCE_DIR) / "volumes" / "lightsheet-neuron";
     fs::copy_file(volume / "scene.toml", folder() / "cells.toml");

@@ -164,11 +164,12 @@ std::vector<SheetLight> parts_of(const SheetLight& sheet) {
     return sheets;
 }
 
-void add_light(Scene& scene, const LightDescription& description) {
-    const Light& light = description.light;
+void add_light(Scene& scene, int table) {
+    const Light& light = scene.description.lights[static_cast<std::size_t>(table)].light;
     const auto* sheet = std::get_if<SheetLight>(&light.shape);
     if (sheet == nullptr || (!sheet->two_sided && sheet->pivots_rad.empty())) {
         scene.lights.push_back(light);
+        scene.light_tables.push_back(table);
         return;
     }
     const std::vector<SheetLight> sheets = parts_of(*sheet);
@@ -177,6 +178,7 @@ void add_light(Scene& scene, const LightDescription& description) {
         one.power_W = light.power_W / static_cast<double>(sheets.size());
         one.shape = part;
         scene.lights.push_back(one);
+        scene.light_tables.push_back(table);
     }
 }
 
@@ -218,8 +220,8 @@ Scene build_scene(SceneDescription description) {
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
         if (!scene.media[i].grid) scene.media[i].cut_by = replaced_by(scene.description.media, i);
     }
-    for (const LightDescription& light : scene.description.lights)
-        add_light(scene, light);
+    for (int table = 0; table < static_cast<int>(scene.description.lights.size()); ++table)
+        add_light(scene, table);
     warn_of_weak_excitation(scene);
     return scene;
 }

@@ -35,6 +35,7 @@ struct Scene {
     std::vector<SceneMedium> media;
     std::vector<Dye> dyes;              ///< each once, in the order of the scene
     std::vector<Light> lights;          ///< a two-sided sheet is two of them
+    std::vector<int> light_tables;      ///< for each light, which [[light]] of the scene file it is of, from 0
     std::vector<std::string> warnings;  ///< what looks like a mistake but may be meant
 };
 

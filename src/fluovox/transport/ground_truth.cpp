@@ -83,8 +83,10 @@ GroundTruth::GroundTruth(const Scene& scene, int view) : scene_(&scene), view_(v
         const double voxels = camera.field_um / camera.height / voxel_um;
         fineness_ = std::clamp(static_cast<int>(std::ceil(voxels)), 2, kFinest);
     }
-    for (std::size_t l = 0; l < scene.lights.size(); ++l) {
-        if (!std::holds_alternative<UniformLight>(scene.lights[l].shape)) lit_by_.push_back(static_cast<int>(l));
+    const std::vector<LightDescription>& lights = scene.description.lights;
+    for (std::size_t table = 0; table < lights.size(); ++table) {
+        if (!std::holds_alternative<UniformLight>(lights[table].light.shape))
+            lit_by_.push_back(static_cast<int>(table));
     }
 }
 
@@ -185,7 +187,7 @@ void GroundTruth::concentration(int plane, int dye, std::span<float> values) con
 StackInfo GroundTruth::irradiance_info(const StackInfo& stack) const {
     StackInfo info = derived(stack, "irradiance", "W/mm2");
     for (const int light : lit_by_) {
-        const double nm = wavelength_of(scene_->lights[static_cast<std::size_t>(light)]);
+        const double nm = wavelength_of(scene_->description.lights[static_cast<std::size_t>(light)].light);
         info.channels.push_back(channel_named(fmt::format("light {} ({:.4g} nm)", light + 1, nm)));
         info.channels.back().excitation_nm = nm;
     }
@@ -197,11 +199,15 @@ void GroundTruth::irradiance(int plane, int channel, std::span<float> values) co
     constexpr double kPerMm2 = 1e6;
     const Lattice at = lattice(plane);
     const Scene here = scene_at(*scene_, view_, plane);
-    const Light& light = here.lights[static_cast<std::size_t>(lit_by_[static_cast<std::size_t>(channel)])];
+    const int table = lit_by_[static_cast<std::size_t>(channel)];
+    std::vector<Light> parts;
+    for (std::size_t l = 0; l < here.lights.size(); ++l) {
+        if (here.light_tables[l] == table) parts.push_back(here.lights[l]);
+    }
     tbb::enumerable_thread_specific<OpticalField> fields([&] { return OpticalField(here); });
     Wavelengths wavelength;
     wavelength.count = 1;
-    wavelength.nm[0] = wavelength_of(light);
+    wavelength.nm[0] = wavelength_of(parts.front());
     wavelength.pdf_per_nm[0] = 1;
     const PathOptics optics = fields.local().optics(wavelength);
     fill(values, [&](std::size_t i) {
@@ -209,17 +215,21 @@ void GroundTruth::irradiance(int plane, int channel, std::span<float> values) co
         Rng rng(here.description.render.seed, i, 0x4952524144ULL);
         const Vec3 p = at.point(i, 0.5, 0.5, 0.5);
         std::vector<MediumSpan> spans;
-        double sum = 0;
-        for (int s = 0; s < kSamples; ++s) {
-            const double u = (s + rng.uniform()) / kSamples;
-            const auto sample = sample_light(light, p, u, rng.uniform());
-            if (!sample) continue;
-            const Ray ray{p, sample->to_light};
-            field.gather(ray, spans);
-            sum += sample->fluence_per_um2 *
-                   field.transmittance(ray, spans, sample->distance_um, optics, Loss::Extinction, rng)[0];
+        double W_per_um2 = 0;
+        for (const Light& light : parts) {
+            double sum = 0;
+            for (int s = 0; s < kSamples; ++s) {
+                const double u = (s + rng.uniform()) / kSamples;
+                const auto sample = sample_light(light, p, u, rng.uniform());
+                if (!sample) continue;
+                const Ray ray{p, sample->to_light};
+                field.gather(ray, spans);
+                sum += sample->fluence_per_um2 *
+                       field.transmittance(ray, spans, sample->distance_um, optics, Loss::Extinction, rng)[0];
+            }
+            W_per_um2 += light.power_W * sum / kSamples;
         }
-        return kPerMm2 * light.power_W * sum / kSamples;
+        return kPerMm2 * W_per_um2;
     });
 }
 

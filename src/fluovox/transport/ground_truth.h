@@ -27,8 +27,9 @@ public:
     StackInfo concentration_info(const StackInfo& stack) const;
     void concentration(int plane, int dye, std::span<float> values) const;
 
-    /// One channel for each light that has a place: the fluence rate of its light that was not scattered, in W/mm2, at
-    /// the middle of each pixel; absorbed and scattered on the way as the media do, along straight lines.
+    /// One channel for each [[light]] that has a place (of a two-sided or pivoted sheet, all parts together): the
+    /// fluence rate of its light that was not scattered, in W/mm2, at the middle of each pixel; absorbed and scattered
+    /// on the way as the media do, along straight lines.
     StackInfo irradiance_info(const StackInfo& stack) const;
     void irradiance(int plane, int channel, std::span<float> values) const;
 
@@ -42,7 +43,7 @@ private:
     const Scene* scene_;
     int view_;
     std::vector<std::optional<LabelField>> label_fields_;  // per medium
-    std::vector<int> lit_by_;                              // lights with an irradiance
+    std::vector<int> lit_by_;                              // tables of lights with an irradiance
     int fineness_ = 2;                                     // samples of a voxel along each axis
 };
 
