@@ -11,10 +11,11 @@ for path in sys.argv[1:]:
         scales = group.attrs["multiscales"][0]
         axes = "".join(axis["name"] for axis in scales["axes"])
         steps = [d["coordinateTransformations"][0]["scale"] for d in scales["datasets"]]
+        places = [d["coordinateTransformations"][1]["translation"] for d in scales["datasets"]]
         stack = np.moveaxis(group["0"][:], 0, 1)
         levels = [list(group[d["path"]].shape) for d in scales["datasets"]]
         channels = [c["label"] for c in group.attrs["omero"]["channels"]]
-        print(path, scales["version"], axes, levels, steps[0], channels, end=" ")
+        print(path, scales["version"], axes, levels, steps[0], places[0], channels, end=" ")
     else:
         import tifffile
 

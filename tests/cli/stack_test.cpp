@@ -140,7 +140,8 @@ TEST_F(StackTest, IndependentReadersSeeSizesChannelsAndTheSameValuesInEveryForma
     EXPECT_TRUE(found("j.tif imagej classic ZCYX " + sizes + R"( float32 \[7, 2, 12, 14\])", seen));
     EXPECT_TRUE(found("k.tif imagej classic ZCYX " + sizes + R"( uint16 \[7, 2, 12, 14\])", seen));
     EXPECT_TRUE(found(
-        R"(z.ome.zarr 0.4 czyx \[\[2, 7, 12, 14\]\] \[1.0, 10.0, 12.0, 12.0\] \['green', 'red'\] float32)", seen));
+        R"(z.ome.zarr 0.4 czyx \[\[2, 7, 12, 14\]\] \[1.0, 10.0, 12.0, 12.0\] \[0.0, -30.0, -66.0, -78.0\] \['green', 'red'\] float32)",
+        seen));
     shell(R"py(/usr/bin/python3 -c "
 import numpy as np
 a, c, j, k, z = (np.load(n + '.npy') for n in ('a.ome.tif', 'c.ome.tif', 'j.tif', 'k.tif', 'z.ome.zarr'))

@@ -26,12 +26,15 @@ std::string to_json(const StackInfo& info) {
     Json positions = Json::array();
     for (const Vec3 p : info.positions_um)
         positions.push_back({p.x, p.y, p.z});
+    Json origin = nullptr;
+    if (info.origin_um) origin = {info.origin_um->x, info.origin_um->y, info.origin_um->z};
     const Json json = {{"title", info.title},
                        {"size", {info.width, info.height, info.planes}},
                        {"channels", channels},
                        {"pixel_um", info.pixel_um},
                        {"step_um", info.step_um},
                        {"positions_um", positions},
+                       {"origin_um", origin},
                        {"angle_deg", info.angle_deg},
                        {"numerical_aperture", info.numerical_aperture},
                        {"immersion_index", info.immersion_index},
@@ -63,6 +66,8 @@ StackInfo stack_info_from_json(const std::string& text) {
         info.positions_um.push_back({p.at(0), p.at(1), p.at(2)});
     info.pixel_um = json.at("pixel_um");
     info.step_um = json.at("step_um");
+    const Json origin = json.value("origin_um", Json());
+    if (!origin.is_null()) info.origin_um = Vec3{origin.at(0), origin.at(1), origin.at(2)};
     info.angle_deg = json.at("angle_deg");
     info.numerical_aperture = json.at("numerical_aperture");
     info.immersion_index = json.at("immersion_index");

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,7 +36,10 @@ struct StackInfo {
     double pixel_um = 0;             ///< of the specimen, along x and y
     double step_um = 0;              ///< between planes
     std::vector<Vec3> positions_um;  ///< of the middle of each plane, in the specimen's world
-    double angle_deg = 0;            ///< of the view
+    /// Where the middle of the first pixel of the first plane lies in that world, measured along the stack's own axes:
+    /// columns, rows (downwards), planes. Nothing: not known.
+    std::optional<Vec3> origin_um;
+    double angle_deg = 0;  ///< of the view
     double numerical_aperture = 0;
     double immersion_index = 1;
     double blur_um = 0;     ///< full width of the Gaussian blur that stands for diffraction; 0: none

@@ -103,9 +103,15 @@ public:
         Json datasets = Json::array();
         for (std::size_t level = 0; level < levels_.size(); ++level) {
             const double pixel_um = info_.pixel_um * levels_[level].scale;
-            datasets.push_back({{"path", std::to_string(level)},
-                                {"coordinateTransformations",
-                                 {{{"type", "scale"}, {"scale", {1.0, info_.step_um, pixel_um, pixel_um}}}}}});
+            Json places = {{{"type", "scale"}, {"scale", {1.0, info_.step_um, pixel_um, pixel_um}}}};
+            if (info_.origin_um) {
+                // The middle of a pixel that stands for a block is the block's.
+                const double inset_um = 0.5 * (pixel_um - info_.pixel_um);
+                const Vec3 first = *info_.origin_um;
+                places.push_back(
+                    {{"type", "translation"}, {"translation", {0.0, first.z, first.y + inset_um, first.x + inset_um}}});
+            }
+            datasets.push_back({{"path", std::to_string(level)}, {"coordinateTransformations", places}});
         }
         const auto space = [](const char* name) {
             return Json{{"name", name}, {"type", "space"}, {"unit", "micrometer"}};

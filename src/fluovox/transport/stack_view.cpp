@@ -140,6 +140,16 @@ bool has_light(const Scene& scene, const FilmChannel& channel) {
     return false;
 }
 
+/// As StackInfo has it; `way` leads from the first plane to the second.
+Vec3 origin_um(const StackInfo& info, const Camera& first, Vec3 way) {
+    const Vec3 axis = normalized(first.target - first.position);
+    const Vec3 right = normalized(cross(axis, first.up));
+    const Vec3 down = cross(axis, right);
+    const Vec3 middle = info.positions_um.front();
+    return {dot(middle, right) - 0.5 * (info.width - 1) * info.pixel_um,
+            dot(middle, down) - 0.5 * (info.height - 1) * info.pixel_um, dot(middle, normalized(way))};
+}
+
 }  // namespace
 
 StackInfo describe_stack(const Scene& scene, int view) {
@@ -157,10 +167,12 @@ StackInfo describe_stack(const Scene& scene, int view) {
                                  : 2 * camera.focus_um * std::tan(0.5 * camera.fov_rad);
     info.pixel_um = height_um / camera.height;
     info.step_um = stack.step_um;
-    const Vec3 first = sharp_point(scene_at(scene, view, 0).description.camera);
+    const Camera at_first = scene_at(scene, view, 0).description.camera;
+    const Vec3 first = sharp_point(at_first);
     const Vec3 second = sharp_point(scene_at(scene, view, 1).description.camera);
     for (int plane = 0; plane < info.planes; ++plane)
         info.positions_um.push_back(first + static_cast<double>(plane) * (second - first));
+    info.origin_um = origin_um(info, at_first, second - first);
     info.angle_deg = stack.views.angles_rad[static_cast<std::size_t>(view)] * 180 / std::numbers::pi;
     info.numerical_aperture = camera.numerical_aperture * camera.immersion_index;
     info.immersion_index = camera.immersion_index;

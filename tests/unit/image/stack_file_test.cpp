@@ -4,6 +4,7 @@
 #include "fluovox/image/apng.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include <filesystem>
@@ -64,7 +65,8 @@ private:
 };
 
 TEST_F(StackFileTest, ReadsBackEveryPageInAnyOrderAndWhatIsSaidOfThem) {
-    const StackInfo written = large_stack(130, 70, 3);
+    StackInfo written = large_stack(130, 70, 3);
+    written.origin_um = Vec3{1, 2, 3};
     save_ome_tiff(at("s.ome.tif"), written, fill);
     StackFile file(at("s.ome.tif"));
     EXPECT_EQ(to_json(file.info()), to_json(written));
@@ -116,6 +118,29 @@ TEST_F(StackFileTest, DamageIsFoundAndAnExistingFileSurvivesAFailure) {
             },
             InputError)
             << left;
+    }
+}
+
+TEST_F(StackFileTest, EveryLevelOfAnOmeZarrLiesWhereTheStackDoes) {
+    StackInfo info = large_stack(400, 300, 2);
+    info.origin_um = Vec3{-10, 20, 30};
+    save_ome_zarr(at("s.ome.zarr"), info, fill);
+    std::ifstream in(at("s.ome.zarr") / ".zattrs");
+    const auto levels = nlohmann::json::parse(in).at("multiscales").at(0).at("datasets");
+    ASSERT_EQ(levels.size(), 3U);
+    for (std::size_t level = 0; level < 3; ++level) {
+        const double pixel_um = 0.65 * static_cast<double>(1U << level);
+        const auto& places = levels[level].at("coordinateTransformations");
+        ASSERT_EQ(places.size(), 2U);
+        EXPECT_EQ(places[0].at("type"), "scale");
+        EXPECT_EQ(places[0].at("scale"), nlohmann::json({1, 2, pixel_um, pixel_um}));
+        EXPECT_EQ(places[1].at("type"), "translation");
+        const std::vector<double> first = places[1].at("translation");
+        // The corner of the picture is the same for all.
+        EXPECT_EQ(first.at(0), 0);
+        EXPECT_EQ(first.at(1), 30);
+        EXPECT_NEAR(first.at(2) - pixel_um / 2, 20 - 0.65 / 2, 1e-12);
+        EXPECT_NEAR(first.at(3) - pixel_um / 2, -10 - 0.65 / 2, 1e-12);
     }
 }
 
