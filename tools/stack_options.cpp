@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <sstream>
+#include <vector>
 
 namespace fluovox::tools {
 
@@ -25,20 +27,71 @@ void add_stack_options(CommandLine& line) {
     add("overwrite", po::bool_switch(), "drop the planes that other work left beside the stack");
 }
 
-std::optional<StackFormat> stack_format(const CommandLine& line, const fs::path& output) {
-    if (line.values().count("format") > 0) {
-        const std::string name = line.values()["format"].as<std::string>();
-        if (name == "ome-tiff") return StackFormat::OmeTiff;
-        if (name == "imagej") return StackFormat::ImageJ;
-        if (name == "ome-zarr") return StackFormat::OmeZarr;
-        if (name == "exr") return StackFormat::Exr;
-        line.fail("--format is ome-tiff, imagej, ome-zarr or exr, not \"" + name + '"');
+namespace {
+
+std::optional<StackFormat> format_named(const CommandLine& line) {
+    if (line.values().count("format") == 0) return std::nullopt;
+    const std::string name = line.values()["format"].as<std::string>();
+    if (name == "ome-tiff") return StackFormat::OmeTiff;
+    if (name == "imagej") return StackFormat::ImageJ;
+    if (name == "ome-zarr") return StackFormat::OmeZarr;
+    if (name == "exr") return StackFormat::Exr;
+    line.fail("--format is ome-tiff, imagej, ome-zarr or exr, not \"" + name + '"');
+}
+
+/// A name's ending, and what it says the file is: nothing for what we write beside a stack.
+struct Ending {
+    const char* text;
+    std::vector<StackFormat> formats;
+};
+
+// The first that fits holds: .ome.tif is a .tif as well.
+const std::vector<Ending>& endings() {
+    static const std::vector<Ending> kEndings = {
+        {".ome.tif", {StackFormat::OmeTiff}},
+        {".ome.tiff", {StackFormat::OmeTiff}},
+        {".tif", {StackFormat::OmeTiff, StackFormat::ImageJ}},
+        {".tiff", {StackFormat::OmeTiff, StackFormat::ImageJ}},
+        {".zarr", {StackFormat::OmeZarr}},
+        {".exr", {StackFormat::Exr}},
+        {".png", {}},
+        {".apng", {}},
+    };
+    return kEndings;
+}
+
+bool ends_with(const std::string& text, const std::string& end) {
+    return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+const char* usual_ending(StackFormat format) {
+    switch (format) {
+        case StackFormat::OmeTiff:
+            return ".ome.tif";
+        case StackFormat::ImageJ:
+            return ".tif";
+        case StackFormat::OmeZarr:
+            return ".ome.zarr";
+        default:
+            return ".exr";
     }
-    const std::string extension = output.extension().string();
-    if (extension == ".exr") return StackFormat::Exr;
-    if (extension == ".tif" || extension == ".tiff") return StackFormat::OmeTiff;
-    if (extension == ".zarr") return StackFormat::OmeZarr;
-    return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<StackFormat> stack_format(const CommandLine& line, const fs::path& output) {
+    const std::optional<StackFormat> named = format_named(line);
+    const std::string name = output.filename().string();
+    for (const Ending& ending : endings()) {
+        if (!ends_with(name, ending.text)) continue;
+        if (!named) return ending.formats.empty() ? std::nullopt : std::optional(ending.formats.front());
+        if (std::find(ending.formats.begin(), ending.formats.end(), *named) == ending.formats.end()) {
+            line.fail(fmt::format("--format {} contradicts -o {}: end its name in {}, or leave --format out",
+                                  line.values()["format"].as<std::string>(), output.string(), usual_ending(*named)));
+        }
+        break;
+    }
+    return named;
 }
 
 std::set<std::string> read_truth(const CommandLine& line) {
