@@ -60,10 +60,20 @@ DimensionInfo info(Dimension dimension) {
     return {};
 }
 
+// Spaces that text programs put between a number and its unit: blank, tab, the no-break spaces, the thin space.
+constexpr std::array<std::string_view, 5> kSpaces = {" ", "\t", "\u00a0", "\u202f", "\u2009"};
+
 std::string_view trimmed(std::string_view text) {
-    const auto first = text.find_first_not_of(" \t");
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+    const auto trim_once = [&text] {
+        for (const std::string_view space : kSpaces) {
+            if (text.starts_with(space)) return text.remove_prefix(space.size()), true;
+            if (text.ends_with(space)) return text.remove_suffix(space.size()), true;
+        }
+        return false;
+    };
+    while (trim_once()) {
+    }
+    return text;
 }
 
 // The micro sign and the Greek letter are both written for u.

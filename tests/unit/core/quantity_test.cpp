@@ -42,6 +42,15 @@ TEST(Quantity, TheMicroSignAndTheGreekLetterStandForU) {
     }
 }
 
+TEST(Quantity, SpacesThatDoNotBreakAreSpaces) {
+    for (const std::string space : {"\u00a0", "\u202f", "\u2009", " \u00a0\t"}) {
+        EXPECT_DOUBLE_EQ(parse_quantity("5" + space + "um", Dimension::Length), 5);
+        EXPECT_DOUBLE_EQ(parse_quantity(space + "20" + space + "/mm" + space, Dimension::PerLength), 0.02);
+        EXPECT_EQ(complaint("6.5" + space, Dimension::Length), "6.5 needs a unit, for example \"6.5 um\"");
+    }
+    EXPECT_NE(complaint("5\u00a1um", Dimension::Length), "no complaint");
+}
+
 TEST(Quantity, SaysWhatIsWrongAndHowToMendIt) {
     EXPECT_EQ(complaint("6.5", Dimension::Length), "6.5 needs a unit, for example \"6.5 um\"");
     EXPECT_EQ(complaint("1 mW", Dimension::Length).substr(0, 33), "\"1 mW\" is a power, not a length (");
