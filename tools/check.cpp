@@ -146,24 +146,17 @@ void say_remarks(const SceneDescription& scene) {
 }
 
 // Looks only at the tables of contents of the grid files.
-void require_grid(const GridReference& grid, const std::string& dye) {
-    const std::vector<GridEntry> entries = list_grids(grid.file);
-    if (grid.name.empty() && entries.size() == 1) return;
-    const std::string wanted = grid.name.empty() ? dye : grid.name;
-    const auto matches = [&](const GridEntry& entry) { return lower_case(entry.name) == lower_case(wanted); };
-    if (std::any_of(entries.begin(), entries.end(), matches)) return;
-    std::string names;
-    for (const GridEntry& entry : entries)
-        names += (names.empty() ? "" : ", ") + entry.name;
-    const std::string which = wanted.empty() ? "several grids; say which by grid.name" : "no grid \"" + wanted + '"';
-    throw InputError(fmt::format("{}: has {} (its grids: {})", grid.file.string(), which, names));
+void require_grid_of(const MediumDescription& medium) {
+    const GridReference& grid = *medium.grid;
+    const bool by_dye = grid.name.empty() && medium.dye && list_grids(grid.file).size() > 1;
+    require_grid(grid.file, by_dye ? medium.dye->name : grid.name);
 }
 
 void require_grids(const SceneDescription& scene) {
     for (const MediumDescription& medium : scene.media) {
         if (!medium.grid) continue;
         try {
-            require_grid(*medium.grid, medium.dye ? medium.dye->name : "");
+            require_grid_of(medium);
         } catch (const InputError& e) {
             const SourceLocation& at = medium.grid->where;
             throw InputError(fmt::format("{}:{}:{}: {}", at.file, at.line, at.column, e.what()));

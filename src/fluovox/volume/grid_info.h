@@ -51,9 +51,14 @@ struct GridInfo {
     std::optional<LabelStatistics> labels;
 };
 
-/// The grids of a VDB file, in the order of the file. Throws InputError when it is missing, empty, truncated or no
-/// VDB file at all.
+/// The grids of a VDB file, in the order of the file; several of one name are called `EGFP[0]`, `EGFP[1]`. Throws
+/// InputError when it is missing, empty, truncated or no VDB file at all.
 std::vector<GridEntry> list_grids(const std::filesystem::path& file);
+
+/// Throws the InputError that opening the grid `name` would throw for a name that no grid of the file has, or more than
+/// one: `EGFP[1]` is then the second of them. Names match without case where that is clear; none stands for the only
+/// one.
+void require_grid(const std::filesystem::path& file, const std::string& name);
 
 /// Statistics of every readable grid of a file and of those of labels; the others have only their `entry`. Throws
 /// InputError.

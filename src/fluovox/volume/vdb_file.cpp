@@ -19,17 +19,32 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFloatTree = "Tree_float_5_4_3";
+constexpr char kNumberMark = '\x1e';  // in a unique name, before the number among grids of one name
 
 bool equal_ignoring_case(std::string_view a, std::string_view b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                       [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
-/// "EGFP" and "DAPI", for messages.
-std::string quoted_names(const std::vector<VdbDescriptor>& grids) {
+/// What each grid is asked for by: its name, or where that is another's as well (or there is none) its name and number
+/// among them, `EGFP[1]`, as OpenVDB counts them.
+std::vector<std::string> addresses(const std::vector<VdbDescriptor>& grids) {
+    std::vector<std::string> all;
+    for (std::size_t i = 0; i < grids.size(); ++i) {
+        const auto same = [&](const VdbDescriptor& other) { return other.name == grids[i].name; };
+        const auto before = std::count_if(grids.begin(), grids.begin() + static_cast<std::ptrdiff_t>(i), same);
+        const bool alone = std::count_if(grids.begin(), grids.end(), same) == 1;
+        const bool has_name = !grids[i].name.empty() || grids.size() == 1;
+        all.push_back(alone && has_name ? grids[i].name : grids[i].name + '[' + std::to_string(before) + ']');
+    }
+    return all;
+}
+
+/// "EGFP", "DAPI", for messages.
+std::string quoted(const std::vector<std::string>& names) {
     std::string text;
-    for (const VdbDescriptor& grid : grids)
-        text += (text.empty() ? "\"" : ", \"") + grid.name + '"';
+    for (const std::string& name : names)
+        text += (text.empty() ? "\"" : ", \"") + name + '"';
     return text;
 }
 
@@ -43,17 +58,25 @@ std::string value_type(const std::string& tree_type) {
 
 const VdbDescriptor& find_grid(const std::vector<VdbDescriptor>& grids, const std::string& name, const fs::path& file) {
     if (grids.empty()) throw InputError(file.string() + ": has no grids");
+    const std::vector<std::string> names = addresses(grids);
     if (name.empty()) {
         if (grids.size() == 1) return grids.front();
-        throw InputError(file.string() + ": has several grids, so one must be named: " + quoted_names(grids));
+        throw InputError(file.string() + ": has several grids, so one must be named: " + quoted(names));
     }
-    auto found = std::find_if(grids.begin(), grids.end(), [&](const VdbDescriptor& g) { return g.name == name; });
-    if (found == grids.end()) {
-        found = std::find_if(grids.begin(), grids.end(),
-                             [&](const VdbDescriptor& g) { return equal_ignoring_case(g.name, name); });
+    const auto exact = std::find(names.begin(), names.end(), name);
+    if (exact != names.end()) return grids[static_cast<std::size_t>(exact - names.begin())];
+    std::vector<std::size_t> fitting;
+    for (std::size_t i = 0; i < grids.size(); ++i) {
+        if (equal_ignoring_case(grids[i].name, name) || equal_ignoring_case(names[i], name)) fitting.push_back(i);
     }
-    if (found != grids.end()) return *found;
-    throw InputError(file.string() + ": has no grid \"" + name + "\"; its grids are " + quoted_names(grids));
+    if (fitting.size() == 1) return grids[fitting.front()];
+    if (fitting.empty())
+        throw InputError(file.string() + ": has no grid \"" + name + "\"; its grids are " + quoted(names));
+    std::vector<std::string> choice;
+    for (const std::size_t i : fitting)
+        choice.push_back(names[i]);
+    throw InputError(file.string() + ": has several grids named \"" + name + "\": ask for one of " + quoted(choice) +
+                     " (in a scene: grid.name; fluovox info tells what is in them)");
 }
 
 void require_float(const VdbDescriptor& grid, const fs::path& file) {
@@ -62,7 +85,10 @@ void require_float(const VdbDescriptor& grid, const fs::path& file) {
                      " (" + grid.type + "); fluovox reads float grids of 32 or 16 bit (Tree_float_5_4_3)");
 }
 
-openvdb::GridBase::Ptr read_grid(const fs::path& file, const std::string& unique_name) {
+openvdb::GridBase::Ptr read_grid(const fs::path& file, std::string unique_name) {
+    // The library finds "EGFP[1]", and takes the first of all of the name where it is given the file's own spelling.
+    if (const auto at = unique_name.find(kNumberMark); at != std::string::npos)
+        unique_name = unique_name.substr(0, at) + '[' + unique_name.substr(at + 1) + ']';
     try {
         initialize_openvdb();
         openvdb::io::File in(file.string());
@@ -180,10 +206,15 @@ void initialize_openvdb() {
 
 std::vector<GridEntry> list_grids(const fs::path& file) {
     std::vector<GridEntry> entries;
-    for (const VdbDescriptor& grid : read_vdb_directory(file)) {
-        entries.push_back({grid.name, value_type(grid.type), grid.half, grid.type == kFloatTree});
-    }
+    const std::vector<VdbDescriptor> grids = read_vdb_directory(file);
+    const std::vector<std::string> names = addresses(grids);
+    for (std::size_t i = 0; i < grids.size(); ++i)
+        entries.push_back({names[i], value_type(grids[i].type), grids[i].half, grids[i].type == kFloatTree});
     return entries;
+}
+
+void require_grid(const fs::path& file, const std::string& name) {
+    find_grid(read_vdb_directory(file), name, file);
 }
 
 openvdb::FloatGrid::Ptr load_any_float_grid(const fs::path& file, const std::string& name) {

@@ -98,6 +98,32 @@ TEST_F(VdbFile, NamesTheGridsOfTheFileWhenOneIsMissing) {
     EXPECT_NE(message([&] { load_float_grid(folder_ / "a.vdb", ""); }).find("several"), std::string::npos);
 }
 
+TEST_F(VdbFile, OfSeveralGridsOfOneNameNoneIsTakenUnasked) {
+    const auto other = ball("EGFP");
+    other->tree().setValue({0, 0, 0}, 7.0F);
+    save_grids(folder_ / "a.vdb", {ball("EGFP"), other, ball("DAPI")});
+    const std::string text = message([&] { load_float_grid(folder_ / "a.vdb", "EGFP"); });
+    EXPECT_NE(text.find("a.vdb: has several grids named \"EGFP\": ask for one of \"EGFP[0]\", \"EGFP[1]\" (in a scene"),
+              std::string::npos)
+        << text;
+    EXPECT_EQ(message([&] { require_grid(folder_ / "a.vdb", "EGFP"); }), text);
+    EXPECT_EQ(load_float_grid(folder_ / "a.vdb", "EGFP[0]")->tree().getValue({0, 0, 0}), 3.0F);
+    EXPECT_EQ(load_float_grid(folder_ / "a.vdb", "egfp[1]")->tree().getValue({0, 0, 0}), 7.0F);
+    EXPECT_EQ(load_float_grid(folder_ / "a.vdb", "DAPI")->getName(), "DAPI");
+    const auto infos = inspect_grids(folder_ / "a.vdb");
+    ASSERT_EQ(infos.size(), 3U);
+    EXPECT_EQ(infos[1].entry.name, "EGFP[1]");
+    EXPECT_EQ(infos[0].max, 3);
+    EXPECT_EQ(infos[1].max, 7);
+    // Nor of two that differ in case only, unless one is named exactly.
+    save_grids(folder_ / "b.vdb", {ball("EGFP"), ball("Egfp")});
+    EXPECT_EQ(load_float_grid(folder_ / "b.vdb", "Egfp")->getName(), "Egfp");
+    EXPECT_NE(message([&] { load_float_grid(folder_ / "b.vdb", "egfp"); }).find("several grids"), std::string::npos);
+    // A grid without a name, among others, can be asked for as well.
+    save_grids(folder_ / "c.vdb", {ball(""), ball("DAPI")});
+    EXPECT_EQ(inspect_grids(folder_ / "c.vdb").at(0).entry.name, "[0]");
+}
+
 TEST_F(VdbFile, RefusesALevelSetAndNamesTheCommandThatConvertsIt) {
     const auto grid = ball("sdf");
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
