@@ -4,6 +4,7 @@
 #include "fluovox/core/progress.h"
 #include "fluovox/core/quantity.h"
 #include "fluovox/scene/scene.h"
+#include "fluovox/transport/darkness.h"
 #include "fluovox/volume/brick_field.h"
 
 #include "commands.h"
@@ -62,7 +63,8 @@ Json json_of(const LightBudget& budget, const Scene& scene) {
     return json;
 }
 
-Json json_of(const FluenceResult& result, const Scene& scene, std::uint64_t seed) {
+Json json_of(const FluenceResult& result, const Scene& scene, std::uint64_t seed,
+             const std::vector<std::string>& warnings) {
     Json json;
     json["photons"] = result.photons;
     json["seed"] = seed;
@@ -70,8 +72,10 @@ Json json_of(const FluenceResult& result, const Scene& scene, std::uint64_t seed
     json["emission"] = json_of(result.share.emission, scene);
     json["watts"]["excitation"] = json_of(result.watts.excitation, scene);
     json["watts"]["emission"] = json_of(result.watts.emission, scene);
+    json["met_a_medium"] = json_of(result.met_a_medium);
     json["mean_path_um"] = json_of(result.mean_path_um);
     json["bound_violations"] = result.bound_violations;
+    json["warnings"] = warnings;
     return json;
 }
 
@@ -159,16 +163,35 @@ void add_options(CommandLine& line) {
 }
 
 // Light that was given up rather than followed, other than by the balance of roulette, which is zero on average.
-void warn_of_what_was_cut(const LightBudget& budget, const char* what) {
+void warn_of_what_was_cut(const LightBudget& budget, const char* what, std::vector<std::string>& warnings) {
     constexpr double kLittle = 1e-4;
     const Estimate& cut = budget.cut;
     if (cut.value <= kLittle * budget.launched.value || cut.value <= 5 * cut.standard_error) return;
     const double percent = 100 * cut.value / budget.launched.value;
-    fmt::print(
-        stderr,
-        "warning: {:.{}f} % of the {} was cut: it would be reflected inside the same surfaces, or scatter, almost "
-        "for ever (or render.max_scatterings stops it)\n",
-        percent, percent < 10 ? 2 : 0, what);
+    warnings.push_back(
+        fmt::format("{:.{}f} % of the {} was cut: it would be reflected inside the same surfaces, or scatter, almost "
+                    "for ever (or render.max_scatterings stops it)",
+                    percent, percent < 10 ? 2 : 0, what));
+}
+
+/// What looks like a mistake, in the scene and in what came of it.
+std::vector<std::string> warnings_of(const CommandLine& line, const Scene& scene, const FluenceResult& result) {
+    std::vector<std::string> warnings = scene.warnings;
+    if (!scene.media.empty() && !scene.lights.empty() && !(result.met_a_medium.value > 0)) {
+        warnings.emplace_back("no photon met a medium: all light passes them by");
+        for (const std::string& reason : how_lights_miss(scene))
+            warnings.push_back(reason);
+    }
+    warn_of_what_was_cut(result.share.excitation, "light", warnings);
+    warn_of_what_was_cut(result.share.emission, "fluorescence", warnings);
+    if (!result.precise) {
+        warnings.push_back(fmt::format(
+            "{} photons were not enough for the relative standard error asked for (--rse {}); raise --photons",
+            result.photons, line.values()["rse"].as<std::string>()));
+    }
+    if (result.bound_violations > 0)
+        warnings.push_back(fmt::format("{} bounds were exceeded: the result is biased", result.bound_violations));
+    return warnings;
 }
 
 }  // namespace
@@ -189,7 +212,7 @@ ExitCode run_fluence(const std::vector<std::string>& arguments) {
             fmt::print(stderr, "note: {}\n", remark);
     }
     for (const std::string& warning : scene.warnings)
-        fmt::print(stderr, "warning: {}\n", warning);
+        fmt::print(stderr, "warning: {}\n", warning);  // at once: the rest may take long
     const FluenceResult result = [&] {
         const auto progress = make_progress(line.common());
         return trace_fluence(scene, settings, *progress);
@@ -198,6 +221,7 @@ ExitCode run_fluence(const std::vector<std::string>& arguments) {
         fmt::print(stderr, "fluovox: stopped; nothing was written\n");
         return ExitCode::Stopped;
     }
+    const std::vector<std::string> warnings = warnings_of(line, scene, result);
     if (settings.grids) {
         const auto output = line.values()["output"].as<std::string>();
         save_brick_fields(output, result.grids);
@@ -205,25 +229,19 @@ ExitCode run_fluence(const std::vector<std::string>& arguments) {
     }
     if (line.values().count("json") > 0) {
         const auto output = line.values()["json"].as<std::string>();
-        write_text_file(output, json_of(result, scene, settings.seed).dump(2) + "\n");
+        write_text_file(output, json_of(result, scene, settings.seed, warnings).dump(2) + "\n");
         fmt::print("{}\n", output);
     } else {
         print_table("excitation (shares of the photons launched)", result.share.excitation, result.watts.excitation,
                     scene);
         if (!scene.dyes.empty()) print_table("emission", result.share.emission, result.watts.emission, scene);
-        fmt::print("mean path in media of photons that met one: {:.6g} +- {:.2g} um\n", result.mean_path_um.value,
-                   result.mean_path_um.standard_error);
+        if (result.met_a_medium.value > 0) {
+            fmt::print("mean path in media of photons that met one: {:.6g} +- {:.2g} um\n", result.mean_path_um.value,
+                       result.mean_path_um.standard_error);
+        }
     }
-    warn_of_what_was_cut(result.share.excitation, "light");
-    warn_of_what_was_cut(result.share.emission, "fluorescence");
-    if (!result.precise) {
-        fmt::print(stderr,
-                   "warning: {} photons were not enough for the relative standard error asked for (--rse {}); raise "
-                   "--photons\n",
-                   result.photons, line.values()["rse"].as<std::string>());
-    }
-    if (result.bound_violations > 0)
-        fmt::print(stderr, "warning: {} bounds were exceeded: the result is biased\n", result.bound_violations);
+    for (std::size_t i = scene.warnings.size(); i < warnings.size(); ++i)
+        fmt::print(stderr, "warning: {}\n", warnings[i]);
     if (!line.common().quiet) {
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
         fmt::print(stderr, "{} photons, {:.3g} scatterings, {:.1f} s\n", result.photons,

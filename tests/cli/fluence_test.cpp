@@ -105,6 +105,26 @@ TEST_F(FluenceProgram, LightThatCannotGetOutEndsAndIsSaidToBeCut) {
     });
 }
 
+TEST_F(FluenceProgram, LightThatMeetsNoMediumIsWarnedOfAndByHowMuchItMisses) {
+    std::string beside = kPencil;
+    beside.replace(beside.find("\"5 mm\""), 6, "\"15 mm\"");
+    write("miss.toml", kMilk + beside);
+    expect_rows({{"on stderr",
+                  {"fluence", "miss.toml", "--photons", "2000", "-q", "--json", "miss.json"},
+                  0,
+                  "^warning: no photon met a medium: all light passes them by\n"
+                  "warning: host1: the beam passes it 5e\\+03 um away\n"
+                  "warning: EGFP: the beam passes it 7e\\+03 um away\n$"}});
+    const auto missed = nlohmann::json::parse(read("miss.json"));
+    EXPECT_EQ(missed.at("warnings").at(0), "no photon met a medium: all light passes them by");
+    EXPECT_EQ(missed.at("met_a_medium").at("value"), 0);
+    write("meet.toml", kMilk + kPencil);
+    ASSERT_EQ(run({"fluence", "meet.toml", "--photons", "2000", "-q", "--json", "meet.json"}).err, "");
+    const auto met = nlohmann::json::parse(read("meet.json"));
+    EXPECT_TRUE(met.at("warnings").empty());
+    EXPECT_EQ(met.at("met_a_medium").at("value"), 1);
+}
+
 TEST_F(FluenceProgram, SaysWhenThePhotonsWereTooFewForThePrecisionAskedFor) {
     write("scene.toml", kMilk + kPencil);
     expect_rows({

@@ -91,7 +91,7 @@ std::string miss_of_camera(const Camera& camera, const Bounds& box) {
     return {};
 }
 
-void look_at(const Scene& scene, const SceneMedium& medium, std::vector<std::string>& reasons) {
+void look_at_lights(const Scene& scene, const SceneMedium& medium, std::vector<std::string>& reasons) {
     const auto add = [&](const std::string& reason) {
         if (!reason.empty()) reasons.push_back(fmt::format("{}: {}", medium.name, reason));
     };
@@ -101,7 +101,13 @@ void look_at(const Scene& scene, const SceneMedium& medium, std::vector<std::str
     for (const Light& light : scene.lights) {
         add(std::visit([&](const auto& shape) { return miss_of_light(shape, box); }, light.shape));
     }
-    add(miss_of_camera(scene.description.camera, box));
+}
+
+void look_at_camera(const Scene& scene, const SceneMedium& medium, std::vector<std::string>& reasons) {
+    const Bounds box = bounds_of(medium);
+    if ((medium.grid && medium.grid->max() <= 0) || !is_finite(box)) return;
+    const std::string reason = miss_of_camera(scene.description.camera, box);
+    if (!reason.empty()) reasons.push_back(fmt::format("{}: {}", medium.name, reason));
 }
 
 }  // namespace
@@ -127,8 +133,17 @@ std::vector<std::string> reasons_for_darkness(const Scene& scene) {
                                       [&](double nm) { return dye.emission_per_nm(nm) > 0 && response.sees(nm); });
         if (!seen) reasons.push_back(fmt::format("{}: the film and filter see nothing of its emission", dye.name));
     }
+    for (const SceneMedium& medium : scene.media) {
+        look_at_lights(scene, medium, reasons);
+        look_at_camera(scene, medium, reasons);
+    }
+    return reasons;
+}
+
+std::vector<std::string> how_lights_miss(const Scene& scene) {
+    std::vector<std::string> reasons;
     for (const SceneMedium& medium : scene.media)
-        look_at(scene, medium, reasons);
+        look_at_lights(scene, medium, reasons);
     return reasons;
 }
 

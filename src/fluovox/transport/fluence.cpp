@@ -376,6 +376,7 @@ private:
         result.photons = done_;
         const std::vector<Estimate> shares = means_.estimates(1);
         result.share = budgets(shares, 0);
+        result.met_a_medium = shares[BudgetSink::met_at(layout_)];
         result.mean_path_um = mean_path_um(shares);
         result.watts = budgets(means_.estimates(source_.photons_per_s()), 1);
         result.precise = precise_ || !settings_.relative_error;

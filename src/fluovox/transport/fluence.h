@@ -28,6 +28,7 @@ struct FluenceResult {
     std::int64_t photons = 0;
     EnergyBudget share;     ///< of the photons launched
     EnergyBudget watts;     ///< for the power of the scene
+    Estimate met_a_medium;  ///< share of the photons launched that came into a region or the box of a grid
     Estimate mean_path_um;  ///< in media (regions, boxes of grids), of photons that met one, before conversion
     /// Fluence and absorbed power. Without `voxel_um` on the voxels of the dyes' grids: where these differ each dye's
     /// absorbed power is on its own, and fluence on those of the second, third ... is named after the medium.
