@@ -26,6 +26,9 @@ constexpr const char* kExamples =
     "  fluovox spectrum image.exr --plot response.svg          a plot over the dye's emission spectrum\n"
     "  fluovox spectrum image.exr --region 10,10,20,20 -o a.csv    of the pixels 10 to 19 in x and y, row 0 on top\n"
     "  fluovox spectrum image.exr --layer elastic --dye none   scattered light instead of fluorescence\n"
+    "\nThe last two columns are the integral over the film's range and its standard error, the same in every row: bins "
+    "of\n"
+    "one path are not independent, so their errors do not add up to it.\n"
     "\nThe distance between response and emission is the sum of |a - b| x bin width, both normalised to unit area "
     "over\n"
     "the film's range: 0 for equal shapes, 2 for no wavelength in common. An image in watts is compared with the\n"
@@ -153,14 +156,23 @@ std::string quoted(const std::string& text) {
     return result + '"';
 }
 
+std::string watts_or_photons(const Findings& f) {
+    return f.film.unit == FilmUnit::Photons ? "photons_per_s_m2_sr" : "W_per_m2_sr";
+}
+
+bool knows_error(const Findings& f) {
+    return std::isfinite(f.response.standard_error_of_sum);
+}
+
+// The total is the same in every row: a table of plain columns is what programs read.
 std::string to_csv(const Findings& f) {
     const bool spectral = f.film.is_spectral;
-    const std::string unit =
-        std::string(f.film.unit == FilmUnit::Photons ? "photons_per_s_m2_sr" : "W_per_m2_sr") + (spectral ? "_nm" : "");
+    const std::string unit = watts_or_photons(f) + (spectral ? "_nm" : "");
     std::string csv = (spectral ? "wavelength_nm" : "channel,center_nm") + fmt::format(",mean_{},standard_error", unit);
     if (spectral) csv += ",normalised_per_nm";
     for (const Reference& reference : f.references)
         csv += ',' + quoted(reference.dye.name + " emission_per_nm");
+    if (spectral) csv += fmt::format(",total_{},total_standard_error", watts_or_photons(f));
     csv += '\n';
     const std::vector<double> shape = normalized(f.response.mean, f.bin_nm);
     for (std::size_t i = 0; i < f.response.mean.size(); ++i) {
@@ -170,6 +182,9 @@ std::string to_csv(const Findings& f) {
         if (spectral) csv += fmt::format(",{:.9g}", shape[i]);
         for (const Reference& reference : f.references)
             csv += fmt::format(",{:.9g}", reference.on_film[i]);
+        if (spectral)
+            csv +=
+                fmt::format(",{:.9g},{:.4g}", f.bin_nm * f.response.sum, f.bin_nm * f.response.standard_error_of_sum);
         csv += '\n';
     }
     return csv;
@@ -187,6 +202,8 @@ std::string to_json_text(const Findings& f) {
     json["mean"] = f.response.mean;
     json["standard_error"] = f.response.standard_error;
     if (!f.film.is_spectral) return json.dump(2) + '\n';
+    json["total"] = f.bin_nm * f.response.sum;
+    json["total_standard_error"] = f.bin_nm * f.response.standard_error_of_sum;
     json["normalised_per_nm"] = normalized(f.response.mean, f.bin_nm);
     json["distance_from_noise"] = distance_from_noise(f.response);
     json["dyes"] = nlohmann::ordered_json::array();
@@ -199,12 +216,22 @@ std::string to_json_text(const Findings& f) {
     return json.dump(2) + '\n';
 }
 
+std::string total_text(const Findings& f) {
+    const std::string error = knows_error(f) ? fmt::format("{:.2g}", f.bin_nm * f.response.standard_error_of_sum)
+                                             : "unknown (one sample per pixel)";
+    return fmt::format("total from {:g} to {:g} nm: {:.6g} +- {} {}\n", f.film.from_nm, f.film.to_nm,
+                       f.bin_nm * f.response.sum, error,
+                       f.film.unit == FilmUnit::Photons ? "photons/s/m2/sr" : "W/m2/sr");
+}
+
 std::string distance_text(const Findings& f) {
+    const std::string noise =
+        knows_error(f) ? fmt::format("{:.4f}", distance_from_noise(f.response)) : "unknown, one sample per pixel";
     std::string text;
     for (const Reference& reference : f.references) {
         text += reference.distance
-                    ? fmt::format("distance to the emission of {}: {:.4f} (noise alone: {:.4f})\n", reference.dye.name,
-                                  *reference.distance, distance_from_noise(f.response))
+                    ? fmt::format("distance to the emission of {}: {:.4f} (noise alone: {})\n", reference.dye.name,
+                                  *reference.distance, noise)
                     : fmt::format("distance to the emission of {}: none, there is no light here\n", reference.dye.name);
     }
     return text;
@@ -267,7 +294,7 @@ Plot make_plot(const Findings& f) {
         sum += value * f.bin_nm;
     for (std::size_t i = 0; i < f.film.channels.size(); ++i) {
         response.x.push_back(f.film.channels[i].center_nm);
-        response.error.push_back(sum > 0 ? f.response.standard_error[i] / sum : 0);
+        if (knows_error(f)) response.error.push_back(sum > 0 ? f.response.standard_error[i] / sum : 0);
     }
     if (f.references.size() == 1 && sum > 0) {
         plot.curves.push_back(residual_curve(response, f.references.front(), f.bin_nm));
@@ -309,6 +336,7 @@ void deliver(const CommandLine& command, const Findings& findings) {
     if (!to_file) std::cout << to_csv(findings);
     if (command.common().quiet) return;
     std::ostream& out = to_file ? std::cout : std::cerr;
+    if (findings.film.is_spectral) out << total_text(findings);
     out << distance_text(findings);
     for (const char* option : {"output", "plot"}) {
         if (values.count(option) > 0) out << values[option].as<std::string>() << '\n';

@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <numeric>
+
 namespace fluovox::testing {
 namespace {
 
@@ -46,7 +48,32 @@ TEST_F(SpectrumCommand, WritesTheMeanWithItsErrorAsCsv) {
         EXPECT_NEAR(shape[i] / emission[i], 1, 0.02);
     }
     EXPECT_NEAR(area, 1, 1e-6);
+    const auto& total = table.column("total_W_per_m2_sr");
+    const auto& total_error = table.column("total_standard_error");
+    EXPECT_NEAR(total[3] / (5 * std::accumulate(mean.begin(), mean.end(), 0.0)), 1, 1e-6);
+    // Here the bins are independent, so that the sum of squares holds.
+    EXPECT_NEAR(total_error[27] / (5 * std::sqrt(std::inner_product(error.begin(), error.end(), error.begin(), 0.0))),
+                1, 0.05);
+    EXPECT_TRUE(found("total from 480 to 620 nm: [0-9.e-]+ \\+- [0-9.e-]+ W/m2/sr\n", result.err));
     EXPECT_TRUE(found("distance to the emission of EGFP: 0.00[0-9]+ \\(noise alone: 0.00", result.err));
+}
+
+TEST_F(SpectrumCommand, OneSamplePerPixelTellsNoError) {
+    const FilmSpec spec = spectrometer(480, 620, 4);
+    Film film(1, 1, film_layers({"EGFP"}, false), 4);
+    fill(film, 1, 1, [](int /*pixel*/, int /*channel*/, std::mt19937_64& /*random*/) { return 1.0; });
+    Provenance from;
+    from.dyes = {"EGFP"};
+    save_exr(folder() / "one.exr", film, spec, from);
+    expect_rows({{"of the total and of the noise",
+                  {"spectrum", "one.exr", "--plot", "one.svg"},
+                  0,
+                  "\\+- unknown \\(one sample per pixel\\)[\\s\\S]*\\(noise alone: unknown, one sample per pixel\\)",
+                  "\n497.5,1,nan,"}});
+    const auto json = nlohmann::json::parse(run({"spectrum", "one.exr", "--json"}).out);
+    EXPECT_TRUE(json["standard_error"][0].is_null() && json["total_standard_error"].is_null());
+    EXPECT_TRUE(json["distance_from_noise"].is_null());
+    EXPECT_EQ(read("one.svg").find("nan"), std::string::npos);
 }
 
 TEST_F(SpectrumCommand, TakesARegionALayerAndADye) {

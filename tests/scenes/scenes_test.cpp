@@ -101,17 +101,6 @@ TEST_F(ProgramTest, TheSceneThatTheReadmeExplainsIsAccepted) {
     EXPECT_TRUE(found("sheet at \\(-300, 38, 0\\) um", result.out)) << result.out;
 }
 
-/// The response summed over bins of `bin_nm`, and its standard error.
-std::pair<double, double> sum_over_bins(const SpectralResponse& response, double bin_nm) {
-    double sum = 0;
-    double variance = 0;
-    for (std::size_t bin = 0; bin < response.mean.size(); ++bin) {
-        sum += bin_nm * response.mean[bin];
-        variance += bin_nm * bin_nm * response.standard_error[bin] * response.standard_error[bin];
-    }
-    return {sum, std::sqrt(variance)};
-}
-
 // Thin beads in an even sheet of light: what the camera sees can be worked out by hand (volumes/beads/README.md).
 TEST_F(ProgramTest, BeadsShineAsBrightAsTheirAmountOfDyeSays) {
     const std::string scene = FLUOVOX_SOURCE_DIR "/volumes/beads/scene.toml";
@@ -120,7 +109,9 @@ TEST_F(ProgramTest, BeadsShineAsBrightAsTheirAmountOfDyeSays) {
     const RenderedImage image = load_exr(folder() / "beads.exr");
     const SpectralResponse response =
         mean_response(image, image.layer("fluorescence"), {0, 0, image.width, image.height});
-    const auto [radiance, error] = sum_over_bins(response, 10);  // photons s^-1 m^-2 sr^-1
+    constexpr double kBin_nm = 10;
+    const double radiance = kBin_nm * response.sum;  // photons s^-1 m^-2 sr^-1
+    const double error = kBin_nm * response.standard_error_of_sum;
     const Dye egfp = find_dye("EGFP")->dye;
     constexpr double kPhoton_J = 6.62607015e-34 * 2.99792458e8 / 488e-9;
     const double photons_per_s_m2 = 1e-3 / (200e-6 * 200e-6) / kPhoton_J;

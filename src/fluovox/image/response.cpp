@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -34,6 +35,15 @@ double energy_overlap(const Spectrum& emission, const Spectrum& response) {
 
 namespace {
 
+// The channel after the last stands for all of them added up.
+double mean_of(const RenderedImage& image, int layer, std::size_t pixel, int channel) {
+    return channel == image.channels() ? image.mean_of_all(layer, pixel) : image.mean(layer, pixel, channel);
+}
+
+double variance_of_pixel(const RenderedImage& image, int layer, std::size_t pixel, int channel) {
+    return channel == image.channels() ? image.variance_of_all(layer, pixel) : image.variance(layer, pixel, channel);
+}
+
 /// Variance of a sum over pixels, as it is and were they independent.
 struct SumVariance {
     double together = 0, apart = 0;
@@ -46,7 +56,7 @@ SumVariance variance_of(const RenderedImage& image, int layer, int channel, std:
     for (int y = box.y0; y < box.y1; ++y) {
         for (int x = box.x0; x < box.x1; ++x) {
             const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
-            sum.apart += image.variance(layer, row + static_cast<std::size_t>(x), channel);
+            sum.apart += variance_of_pixel(image, layer, row + static_cast<std::size_t>(x), channel);
         }
     }
     sum.together = image.variance_of_region(layer, channel, part) * box.pixels() * box.pixels();
@@ -86,21 +96,28 @@ SpectralResponse mean_response(const RenderedImage& image, int layer, const Pixe
     }
     const double pixels = static_cast<double>(region.x1 - region.x0) * (region.y1 - region.y0);
     SpectralResponse response;
-    for (int channel = 0; channel < image.channels(); ++channel) {
+    for (int channel = 0; channel <= image.channels(); ++channel) {
         double sum = 0;
         double variance = 0;
+        bool is_known = true;
         for (int y = region.y0; y < region.y1; ++y) {
             for (int x = region.x0; x < region.x1; ++x) {
                 const auto pixel =
                     static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
-                sum += image.mean(layer, pixel, channel);
-                variance += image.variance(layer, pixel, channel);
+                sum += mean_of(image, layer, pixel, channel);
+                variance += variance_of_pixel(image, layer, pixel, channel);
+                is_known = is_known && image.counts[pixel] > 1;
             }
         }
         if (image.shares_samples()) variance *= excess_of_shared(image, layer, channel, region);
         response.mean.push_back(sum / pixels);
-        response.standard_error.push_back(std::sqrt(variance) / pixels);
+        response.standard_error.push_back(is_known ? std::sqrt(variance) / pixels
+                                                   : std::numeric_limits<double>::quiet_NaN());
     }
+    response.sum = response.mean.back();
+    response.standard_error_of_sum = response.standard_error.back();
+    response.mean.pop_back();
+    response.standard_error.pop_back();
     return response;
 }
 

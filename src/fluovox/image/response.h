@@ -12,10 +12,14 @@ struct PixelRegion {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
-/// The mean over a region of one layer, per channel, with its standard error (the pixels' errors are independent).
+/// The mean over a region of one layer, per channel, with its standard error: NaN where pixels of one sample do not
+/// tell.
 struct SpectralResponse {
     std::vector<double> mean;
     std::vector<double> standard_error;
+    /// All channels added up. One path lights many of them, so that this error is not the root of their squares.
+    double sum = 0;
+    double standard_error_of_sum = 0;
 };
 
 /// Throws std::invalid_argument when the region is empty or leaves the image, or there is no such layer.

@@ -30,6 +30,34 @@ TEST(Response, MeanAndErrorOfARegion) {
     EXPECT_THROW(mean_response(image, 1, {0, 0, 3, 2}), std::invalid_argument);
 }
 
+TEST(Response, TheErrorOfTheSumKnowsThatChannelsOfAPathAreNotIndependent) {
+    const FilmSpec spec = testing::spectrometer(400, 700, 3);
+    Film together(2, 1, {"total"}, 3);
+    Film against(2, 1, {"total"}, 3);
+    for (const double x : {1.0, 2.0, 4.0}) {
+        for (const int pixel : {0, 1}) {
+            together.add(pixel, std::array{x, 2 * x, 3 * x});
+            against.add(pixel, std::array{x, 5 - x, 7.0});
+        }
+    }
+    const SpectralResponse one = mean_response(make_image(together, spec, {}), 0, {0, 0, 2, 1});
+    EXPECT_NEAR(one.sum, 6 * 7 / 3.0, 1e-5);
+    EXPECT_NEAR(one.standard_error_of_sum, 6 * one.standard_error[0], 1e-5);
+    EXPECT_GT(one.standard_error_of_sum, 1.5 * std::sqrt(1.0 + 4 + 9) * one.standard_error[0]) << "in quadrature";
+    const SpectralResponse other = mean_response(make_image(against, spec, {}), 0, {0, 0, 2, 1});
+    EXPECT_GT(other.standard_error[0], 0.1);
+    EXPECT_NEAR(other.standard_error_of_sum, 0, 1e-3);
+}
+
+TEST(Response, OneSampleTellsNoError) {
+    const FilmSpec spec = testing::spectrometer(400, 700, 1);
+    Film film(1, 1, {"total"}, 1);
+    film.add(0, std::array{1.0});
+    EXPECT_TRUE(std::isnan(mean_response(make_image(film, spec, {}), 0, {0, 0, 1, 1}).standard_error[0]));
+    film.add(0, std::array{2.0});
+    EXPECT_NEAR(mean_response(make_image(film, spec, {}), 0, {0, 0, 1, 1}).standard_error[0], 0.5, 1e-6);
+}
+
 TEST(Response, PixelsThatShareSamplesHaveAnErrorTogether) {
     const FilmSpec spec = testing::spectrometer(400, 700, 1);
     Film film(16, 8, {"total"}, 1);
@@ -41,6 +69,7 @@ TEST(Response, PixelsThatShareSamplesHaveAnErrorTogether) {
     EXPECT_NEAR(mean_response(image, 0, {8, 0, 16, 8}).standard_error[0] / error, 1, 0.01);
     EXPECT_NEAR(mean_response(image, 0, {3, 3, 4, 4}).standard_error[0] / error, 1, 1e-6);
     EXPECT_NEAR(mean_response(image, 0, {2, 2, 6, 6}).standard_error[0] / error, 1, 0.05);
+    EXPECT_NEAR(mean_response(image, 0, {0, 0, 16, 8}).standard_error_of_sum / error, 1, 1e-6);
 }
 
 TEST(Response, WattsWeighTheEmissionByPhotonEnergy) {
