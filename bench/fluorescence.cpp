@@ -126,8 +126,7 @@ Figures compare_wavelengths(const fs::path& folder) {
         Rng rng(2, static_cast<std::uint64_t>(pixel), static_cast<std::uint64_t>(s));
         values.assign(bins, 0);
         const Ray ray = camera.sample(pixel % 8, pixel / 8, rng);
-        Wavelengths one;
-        one.count = 1;
+        Wavelengths one(1);
         one.nm[0] = from + width * rng.uniform();
         one.pdf_per_nm[0] = 1 / width;
         tracer.field().set_optics(one, optics);

@@ -35,15 +35,11 @@ struct PathRun {
 inline RunningMean line_radiance(const Scene& scene, const RayMaker& rays, double nm, const PathRun& run) {
     const Illumination illumination(scene);
     PathTracer tracer(scene, illumination);
-    Wavelengths one;
-    one.count = 1;
-    one.nm[0] = nm;
-    one.pdf_per_nm[0] = 1;
-    const PathOptics optics = tracer.field().optics(one);
+    const PathOptics optics = tracer.field().optics(Wavelengths::one(nm));
     PathTask task;
     task.optics = &optics;
     task.scatterings = run.scatterings;
-    task.light_photons.assign(scene.lights.size(), Lanes{});
+    task.light_photons.assign(scene.lights.size(), Lanes(1));
     for (const auto& line : illumination.lines()) {
         if (line.wavelength_nm != nm) continue;
         for (std::size_t l = 0; l < scene.lights.size(); ++l)
@@ -80,8 +76,7 @@ inline SpectralRadiance spectral_radiance(const Scene& scene, const RayMaker& ra
     for (int n = 0; n < run.samples; ++n) {
         Rng rng(run.seed, 8, static_cast<std::uint64_t>(n));
         const std::size_t turn = run.rotate ? static_cast<std::size_t>(rng.uniform() * static_cast<double>(count)) : 0;
-        Wavelengths wavelengths;
-        wavelengths.count = static_cast<int>(count);
+        Wavelengths wavelengths(static_cast<int>(count));
         for (std::size_t k = 0; k < count; ++k) {
             wavelengths.nm[static_cast<int>(k)] = nm[(k + turn) % count];
             wavelengths.pdf_per_nm[static_cast<int>(k)] = 1;
@@ -92,9 +87,9 @@ inline SpectralRadiance spectral_radiance(const Scene& scene, const RayMaker& ra
         task.orders = run.orders;
         task.scatterings = run.scatterings;
         if (illumination.has_continuous()) {
-            task.light_photons.assign(scene.lights.size(), Lanes{});
+            task.light_photons.assign(scene.lights.size(), Lanes(wavelengths.count()));
             for (std::size_t l = 0; l < scene.lights.size(); ++l) {
-                for (int k = 0; k < wavelengths.count; ++k)
+                for (int k = 0; k < wavelengths.count(); ++k)
                     task.light_photons[l][k] = illumination.continuous_photons(static_cast<int>(l), wavelengths.nm[k]);
             }
         }

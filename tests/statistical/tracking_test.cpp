@@ -28,9 +28,8 @@ using testing::z_score;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 Wavelengths lanes_at(const std::vector<double>& nm) {
-    Wavelengths wavelengths;
-    wavelengths.count = static_cast<int>(nm.size());
-    for (int k = 0; k < wavelengths.count; ++k) {
+    Wavelengths wavelengths(static_cast<int>(nm.size()));
+    for (int k = 0; k < wavelengths.count(); ++k) {
         wavelengths.nm[k] = nm[static_cast<std::size_t>(k)];
         wavelengths.pdf_per_nm[k] = 1;
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/spectral/lanes.h"
 #include "fluovox/spectral/spectrum.h"
 
 #include <cmath>
@@ -27,6 +28,14 @@ inline double coefficient_per_um(const Coefficient& coefficient, double waveleng
     }
     const auto& table = std::get<Spectrum>(coefficient);
     return table(std::fmin(std::fmax(wavelength_nm, table.first_nm()), table.last_nm()));
+}
+
+inline Lanes coefficient_per_um(const Coefficient& coefficient, const Lanes& wavelengths_nm) {
+    if (const auto* constant = std::get_if<double>(&coefficient)) return Lanes(wavelengths_nm.count(), *constant);
+    Lanes values(wavelengths_nm.count());
+    for (int k = 0; k < values.count(); ++k)
+        values[k] = coefficient_per_um(coefficient, wavelengths_nm[k]);
+    return values;
 }
 
 /// True for a coefficient that is zero at every wavelength.

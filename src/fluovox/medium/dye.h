@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/spectral/lanes.h"
 #include "fluovox/spectral/spectrum.h"
 
 #include <string>
@@ -26,5 +27,6 @@ struct Dye {
 /// mu = ln(10) * epsilon * c, with epsilon in 1/(M cm) and 1 cm = 10^4 um.
 /// IUPAC Gold Book, "Beer-Lambert law", doi:10.1351/goldbook.B00626.
 double absorption_per_um_per_uM(const Dye& dye, double wavelength_nm);
+Lanes absorption_per_um_per_uM(const Dye& dye, const Lanes& wavelengths_nm);
 
 }  // namespace fluovox

@@ -20,20 +20,20 @@ double exp_near_zero(double x) {
 }  // namespace
 
 // Without branches or calls, so that the compiler takes several lanes at once.
-Lanes exp_minus(const Lanes& depth, int count) {
+Lanes exp_minus(const Lanes& depth) {
     constexpr double kLog2e = 1.4426950408889634;
     // ln(2) in two parts: multiples of the first are exact.
     constexpr double kLn2High = 0x1.62e42feep-1, kLn2Low = 0x1.a39ef35793c76p-33;
     constexpr double kLargest = 708;
     // Added to a small number it leaves its nearest integer in the lowest bits.
     constexpr double kRounder = 0x1.8p52;
-    Lanes result;
-    if (count == 1) {
+    Lanes result(depth.count());
+    if (depth.count() == 1) {
         result[0] = std::exp(-depth[0]);
         return result;
     }
-    for (std::size_t i = 0; i < result.v.size(); ++i) {
-        double x = -depth.v[i];
+    for (int i = 0; i < depth.count(); ++i) {
+        double x = -depth[i];
         x = x < -kLargest ? -kLargest : x;
         x = x > kLargest ? kLargest : x;
         const double rounded = x * kLog2e + kRounder;
@@ -41,10 +41,8 @@ Lanes exp_minus(const Lanes& depth, int count) {
         const double rest = (x - whole * kLn2High) - whole * kLn2Low;
         const std::uint64_t exponent = (std::bit_cast<std::uint64_t>(rounded) + 1023U) << 52U;
         const double value = exp_near_zero(rest) * std::bit_cast<double>(exponent);
-        result.v[i] = depth.v[i] > kLargest ? 0 : value;
+        result[i] = depth[i] > kLargest ? 0 : value;
     }
-    for (int k = count; k < kMaxLanes; ++k)
-        result[k] = 0;
     return result;
 }
 

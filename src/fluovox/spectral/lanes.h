@@ -7,74 +7,111 @@
 namespace fluovox {
 
 /// How many wavelengths a path may carry at once.
-inline constexpr int kMaxLanes = 8;
+inline constexpr int kMaxLanes = 32;
 
-/// One number for each wavelength that a path carries. Unused lanes hold zero (or anything harmless).
-struct Lanes {
-    std::array<double, kMaxLanes> v{};
-
-    static constexpr Lanes all(double value) {
-        Lanes lanes;
-        lanes.v.fill(value);
-        return lanes;
+/// One number for each wavelength that a path carries. Only as many as there are are worked on, so that a path of few
+/// wavelengths does not pay for many; both sides of an operation have the same number of lanes.
+class Lanes {
+public:
+    constexpr Lanes() : Lanes(0) {}
+    /// All with the same value.
+    constexpr explicit Lanes(int count, double value = 0) : count_(count) {  // NOLINT(*-member-init): only what is used
+        for_blocks([&](std::size_t i) { v_[i] = value; });
     }
-    constexpr double& operator[](int i) { return v[static_cast<std::size_t>(i)]; }
-    constexpr double operator[](int i) const { return v[static_cast<std::size_t>(i)]; }
+    constexpr Lanes(const Lanes& b) : count_(b.count_) {  // NOLINT(*-member-init): only what is used
+        for_blocks([&](std::size_t i) { v_[i] = b.v_[i]; });
+    }
+    constexpr Lanes& operator=(const Lanes& b) {
+        count_ = b.count_;
+        for_blocks([&](std::size_t i) { v_[i] = b.v_[i]; });
+        return *this;
+    }
+    ~Lanes() = default;
+
+    constexpr int count() const { return count_; }
+    constexpr double& operator[](int i) { return v_[static_cast<std::size_t>(i)]; }
+    constexpr double operator[](int i) const { return v_[static_cast<std::size_t>(i)]; }
 
     constexpr Lanes& operator*=(const Lanes& b) {
-        for (std::size_t i = 0; i < v.size(); ++i)
-            v[i] *= b.v[i];
+        for_blocks([&](std::size_t i) { v_[i] *= b.v_[i]; });
         return *this;
     }
     constexpr Lanes& operator*=(double s) {
-        for (double& x : v)
-            x *= s;
+        for_blocks([&](std::size_t i) { v_[i] *= s; });
         return *this;
     }
     constexpr Lanes& operator+=(const Lanes& b) {
-        for (std::size_t i = 0; i < v.size(); ++i)
-            v[i] += b.v[i];
+        for_blocks([&](std::size_t i) { v_[i] += b.v_[i]; });
         return *this;
     }
-    constexpr double max() const { return *std::max_element(v.begin(), v.end()); }
+    /// The largest, at least zero.
+    constexpr double max() const {
+        std::array<double, kBlock> most{};
+        std::size_t first = 0;
+        for (; first + kBlock <= static_cast<std::size_t>(count_); first += kBlock) {
+            for (std::size_t i = 0; i < kBlock; ++i)
+                most[i] = std::max(most[i], v_[first + i]);
+        }
+        for (; first < static_cast<std::size_t>(count_); ++first)
+            most[0] = std::max(most[0], v_[first]);
+        return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+    }
     constexpr double sum() const {
         double total = 0;
-        for (const double x : v)
-            total += x;
+        for (int i = 0; i < count_; ++i)
+            total += (*this)[i];
         return total;
     }
+    constexpr double mean() const { return sum() / count_; }
+
+private:
+    // Whole blocks are worked on, several lanes at once: the last may reach beyond the count, where anything may be.
+    static constexpr std::size_t kBlock = 4;
+    static_assert(kMaxLanes % kBlock == 0);
+
+    template <class Work>
+    constexpr void for_blocks(const Work& work) const {
+        for (std::size_t first = 0; first < static_cast<std::size_t>(count_); first += kBlock) {
+            for (std::size_t i = first; i < first + kBlock; ++i)
+                work(i);
+        }
+    }
+
+    int count_;
+    std::array<double, kMaxLanes> v_;
 };
 
 constexpr Lanes operator*(Lanes a, const Lanes& b) {
-    return a *= b;
+    a *= b;
+    return a;
 }
 constexpr Lanes operator*(double s, Lanes a) {
-    return a *= s;
+    a *= s;
+    return a;
 }
 constexpr Lanes operator+(Lanes a, const Lanes& b) {
-    return a += b;
+    a += b;
+    return a;
 }
 
-/// Mean of the first `count` lanes; the others must be zero.
-constexpr double mean_of(const Lanes& lanes, int count) {
-    return lanes.sum() / count;
-}
-
-/// exp(-depth) in the first `count` lanes, to 4e-16 of its value; 0 beyond 708, and in the other lanes. The same bytes
-/// on every machine, and a few times faster than a call per lane. Depths may be infinite, not NaN.
-Lanes exp_minus(const Lanes& depth, int count);
+/// exp(-depth) in each lane, to 4e-16 of its value; 0 beyond 708. The same bytes on every machine, and a few times
+/// faster than a call per lane. Depths may be infinite, not NaN.
+Lanes exp_minus(const Lanes& depth);
 
 /// The wavelengths of one path; the first is the hero, which steers it.
 /// Wilkie et al., "Hero wavelength spectral sampling", EGSR 2014.
 struct Wavelengths {
-    int count = 0;
     Lanes nm;
     Lanes pdf_per_nm;  ///< density each was drawn with, or one for a laser line
 
+    Wavelengths() = default;
+    explicit Wavelengths(int count) : nm(count), pdf_per_nm(count) {}
+
+    int count() const { return nm.count(); }
+
     /// A single one.
     static Wavelengths one(double wavelength_nm) {
-        Wavelengths single;
-        single.count = 1;
+        Wavelengths single(1);
         single.nm[0] = wavelength_nm;
         single.pdf_per_nm[0] = 1;
         return single;

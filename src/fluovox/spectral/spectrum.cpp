@@ -36,8 +36,8 @@ Spectrum::Spectrum(std::vector<double> wavelengths_nm, std::vector<double> value
         cumulative_[i] = cumulative_[i - 1] + 0.5 * step * (values_[i] + values_[i - 1]);
         slopes_.push_back((values_[i] - values_[i - 1]) / step);
     }
-    // About as many stretches as knots, so that looking one up takes a step or two.
-    const std::size_t stretches = values_.size();
+    // A few times as many stretches as knots, so that looking one up seldom takes a step.
+    const std::size_t stretches = 4 * values_.size();
     stretches_per_nm_ = static_cast<double>(stretches) / (last_nm() - first_nm());
     for (std::size_t s = 0; s <= stretches; ++s) {
         const double start = first_nm() + static_cast<double>(s) / stretches_per_nm_;
@@ -68,6 +68,13 @@ double Spectrum::operator()(double wavelength_nm) const {
     const double after = wavelength_nm - wavelengths_nm_[i - 1];
     const double before = wavelengths_nm_[i] - wavelength_nm;
     return after <= before ? values_[i - 1] + after * slopes_[i - 1] : values_[i] - before * slopes_[i - 1];
+}
+
+Lanes Spectrum::operator()(const Lanes& wavelengths_nm) const {
+    Lanes values(wavelengths_nm.count());
+    for (int k = 0; k < values.count(); ++k)
+        values[k] = (*this)(wavelengths_nm[k]);
+    return values;
 }
 
 double Spectrum::integral(double from_nm, double to_nm) const {

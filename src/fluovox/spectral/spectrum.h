@@ -1,5 +1,7 @@
 #pragma once
 
+#include "fluovox/spectral/lanes.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -19,6 +21,7 @@ public:
     static Spectrum box(double from_nm, double to_nm, double value);
 
     double operator()(double wavelength_nm) const;
+    Lanes operator()(const Lanes& wavelengths_nm) const;
 
     /// Integral over all wavelengths, in units of the values times nanometres.
     double integral() const { return cumulative_.empty() ? 0 : cumulative_.back(); }

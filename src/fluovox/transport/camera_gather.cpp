@@ -29,7 +29,7 @@ std::span<const double> CameraGather::sample(int pixel, std::int64_t sample) {
     by_dye_.assign(scene_->dyes.size(), 0);
     Photon importance;
     importance.ray = camera_.sample(pixel % width, pixel / width, rng);
-    const Wavelengths drawn = response_.sample(rng.uniform());
+    const Wavelengths drawn = response_.sample_one(rng.uniform());
     importance.wavelength_nm = drawn.nm[0];
     importance.inside = space_->inside_at(importance.ray);
     camera_index_ = space_->refractive_index(importance.inside);

@@ -89,7 +89,8 @@ void CameraSink::connect(const Photon& photon, const PerSr& per_sr) {
 
 void CameraSink::set_wavelength(const Photon& photon) {
     seen_ = response_.sees(photon.wavelength_nm);
-    if (!seen_ || photon.wavelength_nm == optics_.wavelengths.nm[0]) return;
+    const Wavelengths& set = optics_.wavelengths;
+    if (!seen_ || (set.count() > 0 && photon.wavelength_nm == set.nm[0])) return;
     field_.set_optics(Wavelengths::one(photon.wavelength_nm), optics_);
     std::fill(of_one_.begin(), of_one_.end(), 0);
     response_.add(photon.wavelength_nm, photons_per_s_, of_one_);

@@ -52,7 +52,7 @@ std::span<const double> CollisionPaths::sample(int pixel, std::int64_t sample) {
     Rng rng(scene_->description.render.seed, static_cast<std::uint64_t>(pixel), static_cast<std::uint64_t>(sample));
     values_.assign(layers_ * channels_, 0);
     const Ray ray = camera_.sample(pixel % width, pixel / width, rng);
-    const Wavelengths drawn = response_.sample(rng.uniform());
+    const Wavelengths drawn = response_.sample_one(rng.uniform());
     nm_ = drawn.nm[0];
     field_.set_optics(Wavelengths::one(nm_), optics_);
     trace(ray, drawn.pdf_per_nm[0], rng);

@@ -35,11 +35,7 @@ bool PathTracer::find_dye(const Stretch& path, double t_um, Level& level, Rng& r
 
 const PathOptics& PathTracer::excitation_optics(const Excitation& excitation, Level& level) const {
     if (excitation.line >= 0) return line_optics_[static_cast<std::size_t>(excitation.line)];
-    Wavelengths one;
-    one.count = 1;
-    one.nm[0] = excitation.wavelength_nm;
-    one.pdf_per_nm[0] = excitation.probability;
-    field_.set_optics(one, level.optics);
+    field_.set_optics(Wavelengths::one(excitation.wavelength_nm), level.optics);
     return level.optics;
 }
 
@@ -127,7 +123,7 @@ void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes&
     if (path.scatterings > 0 || has_far_lights_) {
         PathTask& onward = here.task;
         onward.optics = &optics;
-        onward.light_photons.assign(scene_->lights.size(), Lanes{});
+        onward.light_photons.assign(scene_->lights.size(), Lanes(1));
         for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
             onward.light_photons[l][0] = illumination_->photons(static_cast<int>(l), *excitation);
         }
@@ -135,7 +131,7 @@ void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes&
         onward.scatterings = path.scatterings;
         const Vec3 direction = sample_direction(lobes_, rng);
         onward.pdf_start_per_sr = direction_pdf(lobes_, direction);
-        here.radiance.elastic = {};
+        here.radiance.elastic = Lanes(1);
         here.radiance.by_dye.clear();
         trace({position, direction}, onward, depth + 1, rng, here.radiance);
         fluence += here.radiance.elastic[0] / onward.pdf_start_per_sr;
@@ -190,8 +186,8 @@ void PathTracer::excite_by_dyes(const Stretch& path, double t_um, const PathTask
     onward.orders = task.orders == PathTask::kNoLimit ? PathTask::kNoLimit : task.orders - 1;
     onward.scatterings = path.scatterings;
     onward.pdf_start_per_sr = 0;
-    here.radiance.elastic = {};
-    here.radiance.by_dye.assign(scene_->dyes.size(), Lanes{});
+    here.radiance.elastic = Lanes(1);
+    here.radiance.by_dye.assign(scene_->dyes.size(), Lanes(1));
     const Vec3 direction = sample_isotropic(rng.uniform(), rng.uniform());
     trace({path.ray.at(t_um), direction}, onward, depth + 1, rng, here.radiance);
     const double fluence = kSphere_sr * here.radiance.converted()[0];

@@ -42,17 +42,29 @@ Ranges ranges_seen(const std::vector<FilmChannel>& channels, const std::optional
     return ranges;
 }
 
-// One in the union of the ranges, zero between them.
-Spectrum one_in(Ranges ranges) {
+constexpr double kEdge_nm = 1e-6;
+
+// All that is seen, from short to long, as few ranges as possible.
+Ranges where_seen(const FilmSpec& spec, const std::optional<FilterDescription>& filter) {
+    Ranges ranges = ranges_seen(spec.channels, filter);
+    if (ranges.empty()) ranges = ranges_seen(spec.channels, std::nullopt);  // dark, but still a density
     std::sort(ranges.begin(), ranges.end());
+    Ranges merged;
+    for (const auto& [from, to] : ranges) {
+        if (!merged.empty() && from <= merged.back().second + kEdge_nm) {
+            merged.back().second = std::max(merged.back().second, to);
+        } else {
+            merged.emplace_back(from, to);
+        }
+    }
+    return merged;
+}
+
+// One in the ranges, zero between them.
+Spectrum one_in(const Ranges& ranges) {
     std::vector<double> knots;
     std::vector<double> values;
-    constexpr double kEdge_nm = 1e-6;
     for (const auto& [from, to] : ranges) {
-        if (!knots.empty() && from <= knots.back() + kEdge_nm) {
-            knots.back() = std::max(knots.back(), to);
-            continue;
-        }
         if (!knots.empty()) {  // the gap: down and up again within an edge
             knots.insert(knots.end(), {knots.back() + 0.25 * kEdge_nm, from - 0.25 * kEdge_nm});
             values.insert(values.end(), {0, 0});
@@ -63,24 +75,42 @@ Spectrum one_in(Ranges ranges) {
     return {std::move(knots), std::move(values)};
 }
 
-Spectrum where_seen(const FilmSpec& spec, const std::optional<FilterDescription>& filter) {
-    Ranges ranges = ranges_seen(spec.channels, filter);
-    if (ranges.empty()) ranges = ranges_seen(spec.channels, std::nullopt);  // dark, but still a density
-    return one_in(std::move(ranges));
+// Each bin of a spectrum has its own on every path, as far as they go; a channel averages over few.
+int lanes_for(const FilmSpec& spec) {
+    constexpr int kFew = 8;
+    return spec.is_spectral ? std::clamp(static_cast<int>(spec.channels.size()), kFew, kMaxLanes) : kFew;
 }
 
 }  // namespace
 
 FilmResponse::FilmResponse(const FilmSpec& spec, const std::optional<FilterDescription>& filter)
-    : spec_(&spec), filter_(filter), where_(where_seen(spec, filter)) {}
+    : spec_(&spec),
+      filter_(filter),
+      ranges_(where_seen(spec, filter)),
+      where_(one_in(ranges_)),
+      lanes_(lanes_for(spec)) {
+    for (const auto& [from, to] : ranges_)
+        total_nm_ += to - from;
+}
 
 Wavelengths FilmResponse::sample(double u) const {
-    Wavelengths wavelengths;
-    wavelengths.count = kMaxLanes;
-    for (int k = 0; k < kMaxLanes; ++k) {
-        const double place = u + static_cast<double>(k) / kMaxLanes;
-        wavelengths.nm[k] = where_.sample(place - std::floor(place));
-        wavelengths.pdf_per_nm[k] = where_.pdf(wavelengths.nm[k]);
+    return comb(u, lanes_);
+}
+
+Wavelengths FilmResponse::sample_one(double u) const {
+    return comb(u, 1);
+}
+
+Wavelengths FilmResponse::comb(double u, int count) const {
+    Wavelengths wavelengths(count);
+    for (int k = 0; k < count; ++k) {
+        double place = u + static_cast<double>(k) / count;
+        place = (place < 1 ? place : place - 1) * total_nm_;
+        std::size_t i = 0;
+        for (; i + 1 < ranges_.size() && place >= ranges_[i].second - ranges_[i].first; ++i)
+            place -= ranges_[i].second - ranges_[i].first;
+        wavelengths.nm[k] = std::min(ranges_[i].first + place, ranges_[i].second);
+        wavelengths.pdf_per_nm[k] = 1 / total_nm_;
     }
     return wavelengths;
 }
@@ -107,6 +137,13 @@ Spectrum FilmResponse::seen_part(const Spectrum& spectrum) const {
     return sampling_product(spectrum, where_);
 }
 
+void FilmResponse::add(const Wavelengths& wavelengths, const Lanes& per_nm, std::span<double> values) const {
+    if (per_nm.sum() == 0) return;
+    const int count = wavelengths.count();
+    for (int k = 0; k < count; ++k)
+        add(wavelengths.nm[k], per_nm[k] / (count * wavelengths.pdf_per_nm[k]), values);
+}
+
 void FilmResponse::add(double wavelength_nm, double photons, std::span<double> values) const {
     constexpr double um2_per_m2 = 1e12;
     if (photons == 0 || !passes(wavelength_nm)) return;
@@ -115,8 +152,8 @@ void FilmResponse::add(double wavelength_nm, double photons, std::span<double> v
     const auto& channels = spec_->channels;
     if (spec_->is_spectral) {  // bins of equal width: each wavelength is in one
         const double width = (spec_->to_nm - spec_->from_nm) / static_cast<double>(channels.size());
-        const double bin = std::floor((wavelength_nm - spec_->from_nm) / width);
-        if (bin < 0 || bin >= static_cast<double>(channels.size())) return;
+        const double bin = (wavelength_nm - spec_->from_nm) / width;
+        if (!(bin >= 0) || bin >= static_cast<double>(channels.size())) return;
         values[static_cast<std::size_t>(bin)] += (spec_->unit == FilmUnit::Photons ? per_m2 : watts) / width;
         return;
     }

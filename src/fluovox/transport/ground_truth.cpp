@@ -205,11 +205,7 @@ void GroundTruth::irradiance(int plane, int channel, std::span<float> values) co
         if (here.light_tables[l] == table) parts.push_back(here.lights[l]);
     }
     tbb::enumerable_thread_specific<OpticalField> fields([&] { return OpticalField(here); });
-    Wavelengths wavelength;
-    wavelength.count = 1;
-    wavelength.nm[0] = wavelength_of(parts.front());
-    wavelength.pdf_per_nm[0] = 1;
-    const PathOptics optics = fields.local().optics(wavelength);
+    const PathOptics optics = fields.local().optics(Wavelengths::one(wavelength_of(parts.front())));
     fill(values, [&](std::size_t i) {
         OpticalField& field = fields.local();
         Rng rng(here.description.render.seed, i, 0x4952524144ULL);

@@ -67,21 +67,20 @@ PathOptics OpticalField::optics(const Wavelengths& wavelengths) const {
 
 void OpticalField::set_optics(const Wavelengths& wavelengths, PathOptics& optics) const {
     optics.wavelengths = wavelengths;
-    optics.media.assign(scene_->media.size(), {});
+    optics.media.assign(scene_->media.size(), PathOptics::MediumLanes(wavelengths.count()));
     optics.grey_scattering = true;
     for (std::size_t i = 0; i < optics.media.size(); ++i) {
         const SceneMedium& medium = scene_->media[i];
         PathOptics::MediumLanes& lanes = optics.media[i];
-        for (int k = 0; k < wavelengths.count; ++k) {
-            const double nm = wavelengths.nm[k];
-            if (medium.dye >= 0) {
-                const Dye& dye = scene_->dyes[static_cast<std::size_t>(medium.dye)];
-                lanes.absorption[k] = medium.amount * absorption_per_um_per_uM(dye, nm);
-            } else {
-                lanes.absorption[k] = medium.amount * coefficient_per_um(medium.absorption, nm);
-                lanes.scattering[k] = medium.amount * coefficient_per_um(medium.scattering, nm);
+        if (medium.dye >= 0) {
+            const Dye& dye = scene_->dyes[static_cast<std::size_t>(medium.dye)];
+            lanes.absorption = medium.amount * absorption_per_um_per_uM(dye, wavelengths.nm);
+        } else {
+            lanes.absorption = medium.amount * coefficient_per_um(medium.absorption, wavelengths.nm);
+            lanes.scattering = medium.amount * coefficient_per_um(medium.scattering, wavelengths.nm);
+            for (int k = 1; k < wavelengths.count(); ++k) {
+                if (lanes.scattering[k] != lanes.scattering[0]) optics.grey_scattering = false;
             }
-            if (lanes.scattering[k] != lanes.scattering[0]) optics.grey_scattering = false;
         }
         lanes.extinction = lanes.scattering + lanes.absorption;
         lanes.max_scattering = lanes.scattering.max();
@@ -119,7 +118,7 @@ void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most,
     ExponentialDistance depth(rng);
     while (walk.next(segment)) {
         if (!std::isfinite(segment.end)) {  // background for ever: a wavelength is lost in it, or not touched at all
-            for (int k = 0; k < kMaxLanes; ++k) {
+            for (int k = 0; k < coefficient.count(); ++k) {
                 if (coefficient[k] > 0) transmittance[k] = 0;
             }
             return;
@@ -134,12 +133,12 @@ void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most,
                 counted_tap([&](double at, Vec3 u) { return walk.tap(at, u); }, segment.bound, t, rng, counts_) /
                 majorant;
             if (share == 0) continue;
-            for (int k = 0; k < kMaxLanes; ++k)
+            for (int k = 0; k < coefficient.count(); ++k)
                 transmittance[k] *= 1 - share * coefficient[k];
             const double left = transmittance.max();
             if (left >= kDim) continue;
             if (rng.uniform() * kDim >= left) {
-                transmittance = {};
+                transmittance = Lanes(coefficient.count());
                 return;
             }
             transmittance *= kDim / left;
@@ -149,15 +148,15 @@ void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most,
 
 Lanes OpticalField::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um,
                                   const PathOptics& optics, Loss loss, Rng& rng) {
-    Lanes depth;
+    Lanes depth(optics.wavelengths.count());
     for (const MediumSpan& s : spans) {
         const double inside = length_before(s.span, end_um);
         const Lanes& lanes = lanes_of(optics.media[static_cast<std::size_t>(s.medium)], loss);
-        for (int k = 0; k < kMaxLanes; ++k) {
+        for (int k = 0; k < depth.count(); ++k) {
             if (lanes[k] > 0) depth[k] += inside * lanes[k];  // the length may be infinite
         }
     }
-    Lanes result = exp_minus(depth, optics.wavelengths.count);
+    Lanes result = exp_minus(depth);
     for (const int i : gridded_) {
         const PathOptics::MediumLanes& lanes = optics.media[static_cast<std::size_t>(i)];
         const double most = loss == Loss::Absorption ? lanes.max_absorption : lanes.max_extinction;
@@ -213,7 +212,7 @@ void OpticalField::delta_track(Walk walk, int medium, const PathOptics& optics, 
     ExponentialDistance depth(rng);
     while (walk.next(segment)) {
         if (!std::isfinite(segment.end) && lanes.scattering[0] <= 0) {  // the hero leaves; others would not
-            for (int k = 0; k < kMaxLanes; ++k) {
+            for (int k = 0; k < likeness.count(); ++k) {
                 if (lanes.scattering[k] > 0) likeness[k] = 0;
             }
             return;
@@ -228,13 +227,13 @@ void OpticalField::delta_track(Walk walk, int medium, const PathOptics& optics, 
                 majorant;
             const double real = share * lanes.scattering[0];
             if (rng.uniform() < real) {
-                for (int k = 0; k < kMaxLanes; ++k)
+                for (int k = 0; k < likeness.count(); ++k)
                     likeness[k] *= lanes.scattering[k] / lanes.scattering[0];
                 nearest = Scattering{t, medium};
                 return;
             }
             ++counts_.null_collisions;
-            for (int k = 0; k < kMaxLanes; ++k)
+            for (int k = 0; k < likeness.count(); ++k)
                 likeness[k] *= (1 - share * lanes.scattering[k]) / (1 - real);
         }
     }
@@ -243,7 +242,7 @@ void OpticalField::delta_track(Walk walk, int medium, const PathOptics& optics, 
 std::optional<Scattering> OpticalField::sample_scattering(const Ray& ray, const std::vector<MediumSpan>& spans,
                                                           const PathOptics& optics, Rng& rng, Lanes& likeness) {
     std::optional<Scattering> nearest;
-    likeness = Lanes::all(1);
+    likeness = Lanes(optics.wavelengths.count(), 1);
     for (const MediumSpan& s : spans) {
         const double coefficient = optics.media[static_cast<std::size_t>(s.medium)].scattering[0];
         if (coefficient <= 0) continue;
@@ -265,22 +264,22 @@ std::optional<Scattering> OpticalField::sample_scattering(const Ray& ray, const 
     }
     if (nearest) ++counts_.real_collisions;
     if (optics.grey_scattering) {
-        likeness = Lanes::all(1);
+        likeness = Lanes(optics.wavelengths.count(), 1);
         return nearest;
     }
     const double end = nearest ? nearest->t_um : kFar;
-    Lanes depth;
+    Lanes depth(likeness.count());
     for (const MediumSpan& s : spans) {
         const Lanes& coefficient = optics.media[static_cast<std::size_t>(s.medium)].scattering;
         const double inside = length_before(s.span, end);
-        for (int k = 0; k < kMaxLanes; ++k) {
+        for (int k = 0; k < depth.count(); ++k) {
             if (coefficient[k] != coefficient[0]) depth[k] += inside * (coefficient[k] - coefficient[0]);
         }
     }
-    likeness *= exp_minus(depth, optics.wavelengths.count);
+    likeness *= exp_minus(depth);
     if (constant_first && end == constant_t) {
         const Lanes& coefficient = optics.media[static_cast<std::size_t>(nearest->medium)].scattering;
-        for (int k = 0; k < kMaxLanes; ++k)
+        for (int k = 0; k < likeness.count(); ++k)
             likeness[k] *= coefficient[k] / coefficient[0];
     }
     return nearest;
@@ -288,8 +287,8 @@ std::optional<Scattering> OpticalField::sample_scattering(const Ray& ray, const 
 
 Lanes OpticalField::scattering_at(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,
                                   const PathOptics& optics, std::vector<Lanes>& by_medium, Rng& rng) {
-    by_medium.assign(scene_->media.size(), Lanes{});
-    Lanes total;
+    Lanes total(optics.wavelengths.count());
+    by_medium.assign(scene_->media.size(), total);
     for (const MediumSpan& s : spans) {
         if (t_um < s.span.begin || t_um > s.span.end) continue;
         const auto i = static_cast<std::size_t>(s.medium);
@@ -308,8 +307,8 @@ Lanes OpticalField::scattering_at(const Ray& ray, double t_um, const std::vector
 
 Lanes OpticalField::scattering_density(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,
                                        const PathOptics& optics) const {
-    Lanes coefficient;
-    Lanes depth;
+    Lanes coefficient(optics.wavelengths.count());
+    Lanes depth(optics.wavelengths.count());
     for (const MediumSpan& s : spans) {
         const Lanes& lanes = optics.media[static_cast<std::size_t>(s.medium)].scattering;
         if (t_um >= s.span.begin && t_um <= s.span.end) coefficient += lanes;
@@ -321,7 +320,7 @@ Lanes OpticalField::scattering_density(const Ray& ray, double t_um, const std::v
         if (lanes.max_scattering <= 0) continue;
         coefficient += scene_->media[static_cast<std::size_t>(i)].grid->trilinear(ray.at(t_um)) * lanes.scattering;
     }
-    return coefficient * exp_minus(depth, optics.wavelengths.count);
+    return coefficient * exp_minus(depth);
 }
 
 bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans,

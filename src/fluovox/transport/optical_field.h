@@ -17,6 +17,8 @@ namespace fluovox {
 /// constant, per unit of its grid's value where it is not.
 struct PathOptics {
     struct MediumLanes {
+        explicit MediumLanes(int count) : scattering(count), absorption(count), extinction(count) {}
+
         Lanes scattering, absorption, extinction;
         double max_scattering = 0, max_absorption = 0, max_extinction = 0;  ///< over the lanes: for the bounds
     };

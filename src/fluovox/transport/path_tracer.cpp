@@ -20,7 +20,7 @@ double scattering_cosine(Vec3 to_light, Vec3 ray_direction) {
 }  // namespace
 
 Lanes PathRadiance::converted() const {
-    Lanes total;
+    Lanes total(elastic.count());
     for (const Lanes& dye : by_dye)
         total += dye;
     return total;
@@ -61,27 +61,26 @@ PathTracer::Level& PathTracer::level(std::size_t depth) {
 }
 
 void PathTracer::estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRadiance& result) {
-    result.elastic = {};
-    result.by_dye.assign(scene_->dyes.size(), Lanes{});
+    result.elastic = Lanes(task.optics->wavelengths.count());
+    result.by_dye.assign(scene_->dyes.size(), result.elastic);
     trace(ray, task, 0, rng, result);
 }
 
 void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result) {
-    if (task.optics->wavelengths.count == 1 && (task.orders == 0 || scene_->dyes.empty())) {
+    if (task.optics->wavelengths.count() == 1 && (task.orders == 0 || scene_->dyes.empty())) {
         if (!task.light_photons.empty()) result.elastic[0] += line_tracer_.radiance(ray, task, rng);
         return;
     }
     Level& here = level(depth);
     const PathOptics& optics = *task.optics;
-    const int count = optics.wavelengths.count;
+    const int count = optics.wavelengths.count();
     const bool wants_light = !task.light_photons.empty();
     const bool converts = task.orders > 0 && !scene_->dyes.empty();
     if (converts) {
-        here.emission.assign(scene_->dyes.size(), Lanes{});
+        here.emission.clear();
         here.brightness.clear();
         for (std::size_t d = 0; d < scene_->dyes.size(); ++d) {
-            for (int k = 0; k < count; ++k)
-                here.emission[d][k] = scene_->dyes[d].emission_per_nm(optics.wavelengths.nm[k]);
+            here.emission.push_back(scene_->dyes[d].emission_per_nm(optics.wavelengths.nm));
             here.brightness.push_back(illumination_->strength(static_cast<int>(d)) * here.emission[d].sum());
         }
     }
@@ -89,8 +88,7 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
     Stretch path;
     path.ray = ray;
     path.scatterings = task.scatterings;
-    for (int k = 0; k < count; ++k)
-        path.beta[k] = path.density[k] = 1;
+    path.beta = path.density = Lanes(count, 1);
     double pdf_per_sr = task.pdf_start_per_sr;
     Drawn<Stretch> later;  // of the stretches to convert on, all but the first
     Drawn<Stretch> any;    // of all of them
@@ -103,7 +101,7 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         if (wants_light && path.scatterings > 0) add_scattered_once(path, task, here, rng, result);
         if (converts) {
             here.sources.build(field_, here.brightness, path.ray, here.spans, optics);
-            const double weight = mean_of(path.beta, count) * here.sources.total();
+            const double weight = path.beta.mean() * here.sources.total();
             if (vertex == 0) {
                 convert(path, task, depth, rng, result);
             } else {
@@ -117,13 +115,14 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
         // The density of vertices for the weight below is that before this stretch's own outcome.
         const double density =
             scattering && wants_light
-                ? mean_of(path.density * field_.scattering_density(path.ray, scattering->t_um, here.spans, optics),
-                          count)
+                ? (path.density * field_.scattering_density(path.ray, scattering->t_um, here.spans, optics)).mean()
                 : 0;
-        path.density *= likeness;
-        const double mean_density = mean_of(path.density, count);
-        path.beta = (1 / mean_density) * (path.beta * likeness);
-        path.density *= 1 / mean_density;
+        if (!optics.grey_scattering) {
+            path.density *= likeness;
+            const double mean_density = path.density.mean();
+            path.beta = (1 / mean_density) * (path.beta * likeness);
+            path.density *= 1 / mean_density;
+        }
 
         if (!scattering) {
             if (wants_light) add_surround(path, task, here, rng, result);
@@ -231,14 +230,13 @@ void PathTracer::add_scattered_once(const Stretch& path, const PathTask& task, L
     if (!light || !(own > 0)) return;
     field_.scattering_at(path.ray, t, level.spans, optics, level.by_medium, rng);
     const double cosine = scattering_cosine(light->to_light, path.ray.direction);
-    Lanes scattered;
+    Lanes scattered(optics.wavelengths.count());
     for (std::size_t i = 0; i < level.by_medium.size(); ++i) {
         if (level.by_medium[i].max() <= 0) continue;
         scattered += phase_per_sr(scene_->media[i].phase, cosine) * level.by_medium[i];
     }
     if (scattered.max() <= 0) return;
-    const double other =
-        mean_of(path.density * field_.scattering_density(path.ray, t, level.spans, optics), optics.wavelengths.count);
+    const double other = (path.density * field_.scattering_density(path.ray, t, level.spans, optics)).mean();
     const Lanes seen = field_.transmittance(path.ray, level.spans, t, optics, Loss::Extinction, rng) *
                        transmittance_to_light(position, *light, optics, level, rng) * path.beta;
     result.elastic += (light->fluence_per_um2 / (own + other)) * (seen * scattered * task.light_photons[*chosen]);

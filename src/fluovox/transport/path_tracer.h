@@ -82,8 +82,8 @@ private:
     // A ray of a path with what the path is worth at its origin.
     struct Stretch {
         Ray ray;
-        Lanes beta;           // contribution over the mean density of all wavelengths; zero in unused lanes
-        Lanes density;        // each wavelength's own density over that mean; zero in unused lanes
+        Lanes beta;           // contribution over the mean density of all wavelengths
+        Lanes density;        // each wavelength's own density over that mean
         int scatterings = 0;  // still allowed
     };
 

@@ -48,9 +48,9 @@ void PixelRenderer::add_continuum(const Ray& ray, Rng& rng) {
     task.optics = &optics;
     task.orders = dyes_seen_ ? orders_ : 0;
     task.scatterings = scatterings_;
-    const int count = optics.wavelengths.count;
+    const int count = optics.wavelengths.count();
     if (lights.has_continuous()) {
-        task.light_photons.assign(scene_->lights.size(), Lanes{});
+        task.light_photons.assign(scene_->lights.size(), Lanes(count));
         for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
             for (int k = 0; k < count; ++k) {
                 task.light_photons[l][k] = lights.continuous_photons(static_cast<int>(l), optics.wavelengths.nm[k]);
@@ -58,15 +58,11 @@ void PixelRenderer::add_continuum(const Ray& ray, Rng& rng) {
         }
     }
     tracer_.estimate(ray, task, rng, radiance_);
-    for (int k = 0; k < count; ++k) {
-        const double nm = optics.wavelengths.nm[k];
-        const double density = count * optics.wavelengths.pdf_per_nm[k];
-        response_.add(nm, radiance_.elastic[k] / density, layer(elastic_layer()));
-        for (std::size_t d = 0; d < radiance_.by_dye.size(); ++d) {
-            response_.add(nm, radiance_.by_dye[d][k] / density, layer(kFluorescence));
-            if (scene_->description.film.per_dye) {
-                response_.add(nm, radiance_.by_dye[d][k] / density, layer(kFirstDye + d));
-            }
+    response_.add(optics.wavelengths, radiance_.elastic, layer(elastic_layer()));
+    for (std::size_t d = 0; d < radiance_.by_dye.size(); ++d) {
+        response_.add(optics.wavelengths, radiance_.by_dye[d], layer(kFluorescence));
+        if (scene_->description.film.per_dye) {
+            response_.add(optics.wavelengths, radiance_.by_dye[d], layer(kFirstDye + d));
         }
     }
 }
@@ -81,7 +77,7 @@ void PixelRenderer::add_line(const Ray& ray, Rng& rng) {
     task.optics = &tracer_.line_optics(line);
     task.orders = 0;
     task.scatterings = scatterings_;
-    task.light_photons.assign(scene_->lights.size(), Lanes{});
+    task.light_photons.assign(scene_->lights.size(), Lanes(1));
     for (std::size_t l = 0; l < scene_->lights.size(); ++l)
         task.light_photons[l][0] = light.photons[l];
     tracer_.estimate(ray, task, rng, radiance_);
