@@ -23,8 +23,8 @@ Provenance provenance_of(const Scene& scene);
 
 void add_stack_options(CommandLine& line);
 
-/// By `--format`, otherwise by the file's name; nothing where that says none. Throws UsageError for an unknown format, and
-/// for a name whose ending says another one.
+/// By `--format`, otherwise by the file's name; nothing where that says none. Throws UsageError for an unknown format,
+/// and for a name whose ending says another one.
 std::optional<StackFormat> stack_format(const CommandLine& line, const std::filesystem::path& output);
 
 /// `--truth labels,photons` as a set; "all" stands for every kind.
