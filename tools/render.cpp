@@ -112,7 +112,10 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
     SceneDescription description = load_scene_description(line.values()["scene"].as<std::string>(), overrides(line));
     if (!description.stack && format != StackFormat::Exr)
         line.fail("the image is an OpenEXR file: -o OUT.exr (only scenes with [stack] make stacks)");
-    if (!description.stack) require_writable(output);
+    if (!description.stack) {
+        require_no_stack_options(line);
+        require_writable(output);
+    }
     choose_tracking(line, description);
     const Scene scene = build_scene(std::move(description));
     require_tracking(line, scene);

@@ -28,6 +28,7 @@
 #include <optional>
 #include <set>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 namespace fluovox::tools {
@@ -85,6 +86,7 @@ public:
 private:
     int views() const { return static_cast<int>(stack_.views.angles_rad.size()); }
     int images() const { return views() * planes_; }
+    void drop_truth_that_cannot_be();
     std::string work_key() const;
     void require_disk(const PlaneStore& store) const;
     std::optional<std::vector<PlaneFigures>> finished_planes() const;
@@ -155,15 +157,28 @@ StackJob::StackJob(const CommandLine& line, const Scene& scene, fs::path output,
         if (type_ != SampleType::UInt16) line.fail("--value-per-count goes with --type uint16");
     }
     truth_ = read_truth(line);
-    if (wants("photons") && !can_count_photons()) {
-        const std::string why =
-            "expected photons need camera.exposure and camera.numerical_aperture in the scene: add, "
-            "for example, --set camera.exposure=20ms";
-        if (line.values()["truth"].as<std::string>() != "all") line.fail(why);
-        warn(line.common(), why);
-        truth_.erase("photons");
-    }
+    drop_truth_that_cannot_be();
     key_ = work_key();
+}
+
+// "all" is all that there is; what is asked for by name must be there.
+void StackJob::drop_truth_that_cannot_be() {
+    const auto need = [&](const char* kind, bool there, const std::string& why) {
+        if (!wants(kind) || there) return;
+        if (line_.values()["truth"].as<std::string>() != "all") line_.fail(why);
+        warn(line_.common(), why);
+        truth_.erase(kind);
+    };
+    const std::vector<LightDescription>& lights = scene_.description.lights;
+    need("photons", can_count_photons(),
+         "expected photons need camera.exposure and camera.numerical_aperture in the scene: add, for example, --set "
+         "camera.exposure=20ms");
+    need("concentration", !scene_.dyes.empty(), "the concentration of dyes needs a [[medium]] with a dye in the scene");
+    need("irradiance",
+         std::any_of(
+             lights.begin(), lights.end(),
+             [](const LightDescription& light) { return !std::holds_alternative<UniformLight>(light.light.shape); }),
+         "irradiance needs a [[light]] that has a place in the scene, not kind = \"uniform\" alone");
 }
 
 std::string StackJob::work_key() const {
@@ -345,7 +360,7 @@ void StackJob::write_truth(const PlaneStore& store, const StackInfo& stack, int 
         write_stack(store, truth_path(view, "labels"), truth.labels_info(stack),
                     [&](int plane, int /*channel*/, std::span<float> values) { truth.labels(plane, values); });
     }
-    if (wants("concentration") && !scene_.dyes.empty()) {
+    if (wants("concentration")) {
         write_stack(
             store, truth_path(view, "concentration"), truth.concentration_info(stack),
             [&](int plane, int channel, std::span<float> values) { truth.concentration(plane, channel, values); });

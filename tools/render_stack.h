@@ -27,6 +27,9 @@ void add_stack_options(CommandLine& line);
 /// and for a name whose ending says another one.
 std::optional<StackFormat> stack_format(const CommandLine& line, const std::filesystem::path& output);
 
+/// Throws UsageError where options were given that do nothing for a single image.
+void require_no_stack_options(const CommandLine& line);
+
 /// `--truth labels,photons` as a set; "all" stands for every kind.
 std::set<std::string> read_truth(const CommandLine& line);
 

@@ -94,6 +94,14 @@ std::optional<StackFormat> stack_format(const CommandLine& line, const fs::path&
     return named;
 }
 
+void require_no_stack_options(const CommandLine& line) {
+    for (const char* option : {"type", "value-per-count", "layer", "truth", "overwrite"}) {
+        const auto& values = line.values();
+        if (values.count(option) > 0 && !values[option].defaulted())
+            line.fail(fmt::format("--{} is of stacks, and the scene has no [stack]", option));
+    }
+}
+
 std::set<std::string> read_truth(const CommandLine& line) {
     static const std::set<std::string> kKinds = {"labels", "concentration", "photons", "irradiance"};
     std::set<std::string> wanted;

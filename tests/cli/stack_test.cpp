@@ -476,6 +476,10 @@ TEST_F(StackTest, BadInputIsNamedBeforeTheWorkBegins) {
     write_changed("stop.toml", "stop  = \"30 um\"", "stop  = \"-31 um\"");
     write_changed("miss.toml", "start = \"-30 um\"\nstop  = \"30 um\"", "start = \"60 um\"\nstop  = \"80 um\"");
     write_changed("dark.toml", "center = \"610 nm\"", "center = \"1200 nm\"");
+    const std::size_t lights = kScene.find("[[light]]");
+    write("uniform.toml", std::string(kScene).replace(lights, kScene.find("[camera]") - lights,
+                                                      "[[light]]\nkind = \"uniform\"\nwavelength = \"488 nm\"\n"
+                                                      "radiance = \"1 W/m2/sr\"\n"));
     write_changed("huge.toml", "[14, 12]", "[2048, 2048]");
     expect_rows({
         {"no step", {"render", "step.toml", "-o", "s.ome.tif"}, 3, "stack.step = \"0 um\" must be above 0"},
@@ -513,6 +517,17 @@ TEST_F(StackTest, BadInputIsNamedBeforeTheWorkBegins) {
          "in .tif"},
         {"nor a stack a picture", {"render", "scene.toml", "-o", "s.png", "--format", "ome-tiff"}, 2, "in .ome.tif"},
         {"nor an image", {"render", "scene.toml", "-o", "s.exr", "--format", "ome-tiff"}, 2, "contradicts -o s.exr"},
+        {"irradiance of light without a place",
+         {"render", "uniform.toml", "-o", "u.ome.tif", "--truth", "irradiance"},
+         2,
+         "irradiance needs a \\[\\[light\\]\\] that has a place"},
+        {"but all there is, of it",
+         {"render", "uniform.toml", "-o", "u.ome.tif", "--truth", "all"},
+         0,
+         "warning: irradiance needs a",
+         "u-photons.ome.tif",
+         {},
+         {"u-irradiance.ome.tif"}},
         {"unknown ending", {"render", "scene.toml", "-o", "s.jpg"}, 2, "also .ome.tif or .ome.zarr"},
     });
 }
