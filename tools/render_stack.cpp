@@ -430,6 +430,7 @@ void StackJob::assemble(const PlaneStore& store, int view) {
 
 std::vector<PlaneFigures> StackJob::figures_of(const PlaneStore& store) const {
     std::vector<PlaneFigures> planes;
+    planes.reserve(static_cast<std::size_t>(images()));
     for (int image = 0; image < images(); ++image)
         planes.push_back(store.figures(image));
     return planes;

@@ -110,7 +110,7 @@ std::set<std::string> read_truth(const CommandLine& line) {
     for (std::string kind; std::getline(list, kind, ',');) {
         if (kind == "all") {
             wanted = kKinds;
-        } else if (kKinds.count(kind) > 0) {
+        } else if (kKinds.contains(kind)) {
             wanted.insert(kind);
         } else {
             line.fail(fmt::format("--truth \"{}\" is none of: all, {}", kind, fmt::join(kKinds, ", ")));

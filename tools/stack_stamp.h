@@ -34,11 +34,11 @@ std::string to_json(const StackStamp& stamp);
 /// The stamp of a projection; nothing where the file is not whole, or has none.
 std::optional<StackStamp> load_stamp(const std::filesystem::path& projection);
 
-/// Of files, or of the one OME-Zarr folder that `files` names; reads all of it. Throws InputError where something
+/// Of files, or of the one OME-Zarr folder that `paths` names; reads all of it. Throws InputError where something
 /// cannot be read.
-Content content_of(const std::vector<std::filesystem::path>& files);
+Content content_of(const std::vector<std::filesystem::path>& paths);
 
 /// Whether the files still hold what was written. Reads them whole, unless their size tells already.
-bool still_holds(const std::vector<std::filesystem::path>& files, const Content& written);
+bool still_holds(const std::vector<std::filesystem::path>& paths, const Content& written);
 
 }  // namespace fluovox::tools

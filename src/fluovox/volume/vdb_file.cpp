@@ -73,6 +73,7 @@ const VdbDescriptor& find_grid(const std::vector<VdbDescriptor>& grids, const st
     if (fitting.empty())
         throw InputError(file.string() + ": has no grid \"" + name + "\"; its grids are " + quoted(names));
     std::vector<std::string> choice;
+    choice.reserve(fitting.size());
     for (const std::size_t i : fitting)
         choice.push_back(names[i]);
     throw InputError(file.string() + ": has several grids named \"" + name + "\": ask for one of " + quoted(choice) +
