@@ -110,7 +110,7 @@ double plain_cube_rate() {
             Vec3 d{0, 0, 1};
             double weight = 1;
             for (;;) {
-                const double step = rng.exponential() / kScattering;
+                const double step = -std::log(1 - rng.uniform()) / kScattering;
                 double wall = step;
                 for (int axis = 0; axis < 3; ++axis) {
                     if (d[axis] != 0) wall = std::min(wall, ((d[axis] > 0 ? kSize : 0) - p[axis]) / d[axis]);
@@ -144,7 +144,7 @@ double plain_loop_rate() {
     time_into(figures, [&] {
         Rng rng(1, 2, 3);
         for (int i = 0; i < kSteps; ++i) {
-            left -= 0.01 * rng.exponential();
+            left -= 0.01 * -std::log(1 - rng.uniform());
             if (left < 0) {
                 left = 1;
                 ++crossings;

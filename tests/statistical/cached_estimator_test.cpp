@@ -235,12 +235,13 @@ TEST(CachedEstimator, SameSeedGivesTheSameFilmForAnyNumberOfThreads) {
 }
 
 /// Relative difference of the total of a cached render to that of another scene and estimator, and its standard error.
-std::pair<double, double> difference(const Scene& scene, double factor, const Scene& other, const char* estimator) {
+std::pair<double, double> difference(const Scene& scene, double factor, const Scene& other, const char* estimator,
+                                     int samples = 200) {
     RunningMean first;
     RunningMean second;
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-        first.add(factor * total(image(scene, "cached", 200, seed)));
-        second.add(total(image(other, estimator, 200, 100 + seed)));
+        first.add(factor * total(image(scene, "cached", samples, seed)));
+        second.add(total(image(other, estimator, samples, 100 + seed)));
     }
     return {first.mean / second.mean - 1, std::hypot(first.standard_error(), second.standard_error()) / second.mean};
 }
@@ -276,7 +277,7 @@ TEST(CachedEstimator, GatheringAndSendingOutAgree) {
     const Scene plain = in_tissue(dye_in(blobs(), 0), sheet_of(20));
     Scene nearly = plain;
     nearly.media[0].refractive_index = 1 + 1e-9;
-    const auto [apart, error] = difference(nearly, 1, plain, "cached");
+    const auto [apart, error] = difference(nearly, 1, plain, "cached", 300);
     EXPECT_LT(error, 0.02);
     EXPECT_LT(std::abs(apart), 5 * error);
 }

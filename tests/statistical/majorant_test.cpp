@@ -176,7 +176,7 @@ TEST(StochasticTap, AveragesToTheTrilinearField) {
         double squares = 0;
         constexpr int kTaps = 20000;
         for (int k = 0; k < kTaps; ++k) {
-            const double value = static_cast<double>(grid.tap(index, rng.coarse_uniforms()));
+            const double value = static_cast<double>(grid.tap(index, rng.bits()));
             sum += value;
             squares += value * value;
         }

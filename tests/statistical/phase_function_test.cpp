@@ -226,7 +226,7 @@ TEST(PhaseFunction, FluorescenceInItAgreesBetweenTheEstimators) {
         double variance = 0;
         for (const int i : {0, 1}) {
             scene.description.render.estimator = i == 0 ? "path" : "light";
-            scene.description.render.samples = i == 0 ? 100000 : 400000;
+            scene.description.render.samples = i == 0 ? 200000 : 600000;
             NoProgress progress;
             const Film film = render(scene, progress).film;
             value.at(static_cast<std::size_t>(i)) = film.mean(2, 0, 0);

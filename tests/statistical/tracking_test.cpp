@@ -232,7 +232,7 @@ TEST(FreeFlight, AsManyPassUnscatteredAsBeerLambertSays) {
         const double depth = depth_by_points(scattering_only, ray, 0, 400, 450, Loss::Extinction);
         field.gather(ray, spans);
         Lanes likeness;
-        for (int n = 0; n < 40000; ++n) {
+        for (int n = 0; n < 80000; ++n) {
             const double through = field.sample_scattering(ray, spans, optics, rng, likeness) ? 0 : 1;
             passed.add(through - std::exp(-depth));
             twin.add(through - std::exp(-1.01 * depth));

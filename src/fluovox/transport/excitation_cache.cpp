@@ -265,7 +265,7 @@ double tapped_dye_uM(const Scene& scene, std::size_t medium, Vec3 position_um, R
     const SceneMedium& dye = scene.media[medium];
     if (!dye.grid) return dye_uM(scene, medium, position_um);
     const Vec3 index = dye.grid->index_from_world().point(position_um);
-    return dye.amount * static_cast<double>(dye.grid->tap(index, rng.coarse_uniforms()));
+    return dye.amount * static_cast<double>(dye.grid->tap(index, rng.bits()));
 }
 
 std::size_t ExcitationCache::bytes() const {

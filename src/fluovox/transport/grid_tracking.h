@@ -20,13 +20,13 @@ struct TrackingCounts {
 };
 
 // Tracking of one coefficient (per um and unit of the grid, positive) through one grid, stretch by stretch. `Tap` gives
-// a stochastic tap of the grid: value(t, u).
+// a stochastic tap of the grid: value(t, bits).
 
 /// One tap at `t`, counted.
 template <class Tap>
 double counted_tap(const Tap& tap, double bound, double t, Rng& rng, TrackingCounts& counts) {
     ++counts.grid_lookups;
-    const double value = tap(t, rng.coarse_uniforms());
+    const double value = tap(t, rng.bits());
     if (value > bound) ++counts.bound_violations;
     return value;
 }

@@ -105,7 +105,7 @@ void OpticalField::gather(const Ray& ray, std::vector<MediumSpan>& spans) const 
 
 double OpticalField::tap(const SparseGrid& grid, Vec3 index_position, double bound, Rng& rng) {
     ++counts_.grid_lookups;
-    const double value = static_cast<double>(grid.tap(index_position, rng.coarse_uniforms()));
+    const double value = static_cast<double>(grid.tap(index_position, rng.bits()));
     if (value > bound) ++counts_.bound_violations;
     return value;
 }
@@ -129,9 +129,9 @@ void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most,
             t += depth.rest() / majorant;
             depth = ExponentialDistance(rng);
             ++counts_.shadow_collisions;
-            const double share =
-                counted_tap([&](double at, Vec3 u) { return walk.tap(at, u); }, segment.bound, t, rng, counts_) /
-                majorant;
+            const double share = counted_tap([&](double at, std::uint64_t bits) { return walk.tap(at, bits); },
+                                             segment.bound, t, rng, counts_) /
+                                 majorant;
             if (share == 0) continue;
             for (int k = 0; k < coefficient.count(); ++k)
                 transmittance[k] *= 1 - share * coefficient[k];
@@ -175,7 +175,7 @@ template <class Tracking>
 void OpticalField::track(int medium, const Ray& ray, double end_um, double coefficient, Tracking& tracking) const {
     const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(medium)].grid;
     const auto step_along = [&](auto walk) {
-        const auto tap = [&] { return [&](double t, Vec3 u) { return walk.tap(t, u); }; };
+        const auto tap = [&] { return [&](double t, std::uint64_t bits) { return walk.tap(t, bits); }; };
         for (auto segment = typename decltype(walk)::Segment{}; walk.next(segment);) {
             if (tracking.look(segment.begin, segment.end, segment.bound, tap)) return;
         }
@@ -222,9 +222,9 @@ void OpticalField::delta_track(Walk walk, int medium, const PathOptics& optics, 
         while (depth.ends_within(majorant * (segment.end - t))) {
             t += depth.rest() / majorant;
             depth = ExponentialDistance(rng);
-            const double share =
-                counted_tap([&](double at, Vec3 u) { return walk.tap(at, u); }, segment.bound, t, rng, counts_) /
-                majorant;
+            const double share = counted_tap([&](double at, std::uint64_t bits) { return walk.tap(at, bits); },
+                                             segment.bound, t, rng, counts_) /
+                                 majorant;
             const double real = share * lanes.scattering[0];
             if (rng.uniform() < real) {
                 for (int k = 0; k < likeness.count(); ++k)

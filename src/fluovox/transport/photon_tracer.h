@@ -293,7 +293,7 @@ private:
     // The value at a tentative collision; the next one comes after it.
     double collided(GridEvents& events, double t, Rng& rng) {
         const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(events.medium)].grid;
-        const auto value = static_cast<double>(grid.tap(events.walk.index_at(t), rng.coarse_uniforms()));
+        const auto value = static_cast<double>(grid.tap(events.walk.index_at(t), rng.bits()));
         if (value > events.segment.bound) ++bound_violations_;
         events.advance(rng);
         return value;

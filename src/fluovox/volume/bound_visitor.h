@@ -5,9 +5,9 @@
 #include "fluovox/volume/sparse_grid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 namespace fluovox {
 
@@ -15,23 +15,18 @@ namespace fluovox {
 struct RayAxis {
     double origin = 0, direction = 0;
     double inverse = 0, offset = 0;
-    int step = 1;  ///< without direction: such that a brick's half on the near side is the one the ray is in
+    int step = 1;
 
-    RayAxis(double o, double d) : origin(o), direction(d), step(d > 0 ? 1 : -1) {
-        inverse = d == 0 ? 0 : 1 / d;
-        offset = d == 0 ? std::numeric_limits<double>::infinity() : -o * inverse;
-        if (d == 0) step = (floor_to_int(o) & SparseGrid::kBlockSize) == 0 ? 1 : -1;
+    RayAxis(double o, double d) : origin(o), direction(d), step(d < 0 ? -1 : 1) {
+        constexpr double kLeast = 1e-100;  // planes that the ray runs along are met too far away to matter
+        inverse = 1 / (std::abs(d) < kLeast ? step * kLeast : d);
+        offset = -o * inverse;
     }
     double meets(double plane) const { return plane * inverse + offset; }
     /// Brick that holds the ray at t.
     int brick(double t) const { return floor_to_int((origin + t * direction) * (1.0 / SparseGrid::kBrickSize)); }
-    /// The stretch between two planes; without direction all or nothing.
+    /// The stretch between two planes.
     Interval between(int low, int high) const {
-        if (direction == 0) {
-            return origin >= low && origin < high
-                       ? Interval{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}
-                       : Interval{0, 0};
-        }
         const double a = meets(low);
         const double b = meets(high);
         return {std::min(a, b), std::max(a, b)};
@@ -81,8 +76,8 @@ private:
         const SparseGrid::Brick* brick;
         Voxel first;
 
-        double operator()(double t, Vec3 u) const {
-            const Voxel voxel = SparseGrid::tapped_voxel(*origin + t * *direction, u);
+        double operator()(double t, std::uint64_t bits) const {
+            const Voxel voxel = SparseGrid::tapped_voxel(*origin + t * *direction, bits);
             const auto beyond = static_cast<unsigned>((voxel.x - first.x) | (voxel.y - first.y) | (voxel.z - first.z));
             if (brick != nullptr && beyond < SparseGrid::kBrickSize)
                 return static_cast<double>(grid->value_in(*brick, voxel));
@@ -110,21 +105,27 @@ private:
         std::ptrdiff_t slot = (static_cast<std::ptrdiff_t>(i - low.x) * n.y + (j - low.y)) * n.z + (k - low.z);
         const std::ptrdiff_t slots_x = static_cast<std::ptrdiff_t>(x.step) * n.y * n.z;
         const std::ptrdiff_t slots_y = static_cast<std::ptrdiff_t>(y.step) * n.z;
-        const std::uint8_t* present = grid_->present_.data();
         // The planes through which the brick is left. What they are met at is worked out afresh each time: so the last
         // ones are met just where the box ends.
         double plane_x = kSize * (i + (x.step > 0 ? 1 : 0));
         double plane_y = kSize * (j + (y.step > 0 ? 1 : 0));
         double plane_z = kSize * (k + (z.step > 0 ? 1 : 0));
+        const double step_x = kSize * x.step;
+        const double step_y = kSize * y.step;
+        const double step_z = kSize * z.step;
+        const unsigned nearest = (x.step < 0 ? 4U : 0U) | (y.step < 0 ? 2U : 0U) | (z.step < 0 ? 1U : 0U);
+        const double width_x = 0.5 * kSize * std::abs(x.inverse);
+        const double width_y = 0.5 * kSize * std::abs(y.inverse);
+        const double width_z = 0.5 * kSize * std::abs(z.inverse);
         double next_x = x.meets(plane_x);
         double next_y = y.meets(plane_y);
         double next_z = z.meets(plane_z);
         for (;;) {
             const double exit = std::min(next_x, std::min(next_y, next_z));
             const double end = std::min(exit, leave);
-            if (present[slot] != 0 && t < end) {
+            if (grid_->directory_.has(static_cast<std::size_t>(slot)) && t < end) {
                 const SparseGrid::Brick& brick =
-                    grid_->bricks_[static_cast<std::size_t>(grid_->directory_[static_cast<std::size_t>(slot)])];
+                    grid_->bricks_[grid_->directory_.brick(static_cast<std::size_t>(slot))];
                 const auto tap = [&] {
                     return Tap{grid_, &origin_, &direction_, &brick,
                                Voxel{first_voxel(x, plane_x), first_voxel(y, plane_y), first_voxel(z, plane_z)}};
@@ -132,39 +133,51 @@ private:
                 if (coefficient_ * static_cast<double>(brick.excess) * (end - t) < kFew) {
                     if (visit(t, end, static_cast<double>(brick.bound), tap)) return;
                 } else {
-                    double half_x = next_x - 0.5 * kSize * std::abs(x.inverse);
-                    double half_y = next_y - 0.5 * kSize * std::abs(y.inverse);
-                    double half_z = next_z - 0.5 * kSize * std::abs(z.inverse);
-                    unsigned block = (x.step < 0 ? 4U : 0U) | (y.step < 0 ? 2U : 0U) | (z.step < 0 ? 1U : 0U);
-                    if (t >= half_x) block ^= 4U, half_x = end;
-                    if (t >= half_y) block ^= 2U, half_y = end;
-                    if (t >= half_z) block ^= 1U, half_z = end;
-                    for (;;) {
-                        const double part = std::min(end, std::min(half_x, std::min(half_y, half_z)));
-                        const double bound = SparseGrid::bound_of(brick, block);
-                        if (bound > 0 && visit(t, part, bound, tap)) return;
-                        if (part >= end) break;
-                        t = part;
-                        if (half_x <= part) block ^= 4U, half_x = end;
-                        if (half_y <= part) block ^= 2U, half_y = end;
-                        if (half_z <= part) block ^= 1U, half_z = end;
-                    }
+                    const std::array<double, 3> halves = {next_x - width_x, next_y - width_y, next_z - width_z};
+                    if (through_blocks(brick, {t, end}, halves, nearest, tap, visit)) return;
                 }
             }
             if (end >= leave) return;
             t = std::max(t, end);
             if (next_x <= exit) {
-                plane_x += kSize * x.step;
+                plane_x += step_x;
                 next_x = x.meets(plane_x);
                 slot += slots_x;
             } else if (next_y <= exit) {
-                plane_y += kSize * y.step;
+                plane_y += step_y;
                 next_y = y.meets(plane_y);
                 slot += slots_y;
             } else {
-                plane_z += kSize * z.step;
+                plane_z += step_z;
                 next_z = z.meets(plane_z);
                 slot += z.step;
+            }
+        }
+    }
+
+    // The blocks on a stretch through a brick, from the one that rays in this direction meet first; `halves`: where the
+    // planes between them are met.
+    template <class MakeTap, class Visit>
+    static bool through_blocks(const SparseGrid::Brick& brick, Interval span, std::array<double, 3> halves,
+                               unsigned block, const MakeTap& tap, Visit& visit) {
+        double t = span.begin;
+        const double end = span.end;
+        auto [half_x, half_y, half_z] = halves;
+        if (t >= half_x) block ^= 4U, half_x = end;
+        if (t >= half_y) block ^= 2U, half_y = end;
+        if (t >= half_z) block ^= 1U, half_z = end;
+        for (;;) {
+            const double part = std::min(end, std::min(half_x, std::min(half_y, half_z)));
+            const double bound = SparseGrid::bound_of(brick, block);
+            if (bound > 0 && visit(t, part, bound, tap)) return true;
+            if (part >= end) return false;
+            t = part;
+            if (half_x <= part) {
+                block ^= 4U, half_x = end;
+            } else if (half_y <= part) {
+                block ^= 2U, half_y = end;
+            } else {
+                block ^= 1U, half_z = end;
             }
         }
     }

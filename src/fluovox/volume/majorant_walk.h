@@ -12,9 +12,6 @@
 
 namespace fluovox {
 
-/// How fine the bounds are that a walk gives at most.
-enum class WalkDetail { Bricks, Blocks };
-
 /// Goes along a ray through a SparseGrid and gives its stretches with an upper bound of the trilinear field on each;
 /// stretches where the field is zero are skipped, empty nodes in one step. Bounds are as fine as pays: where little
 /// would happen even at the bound of a brick, a node, or the whole grid, that is one stretch.
@@ -29,10 +26,9 @@ public:
     /// `coefficient`: what the field is multiplied with to give collisions per micrometre. Infinite: always the finest
     /// bounds.
     MajorantWalk(const SparseGrid& grid, const Ray& ray, Interval span,
-                 double coefficient = std::numeric_limits<double>::infinity(), WalkDetail detail = WalkDetail::Blocks)
+                 double coefficient = std::numeric_limits<double>::infinity())
         : grid_(&grid),
           coefficient_(coefficient),
-          few_in_brick_(detail == WalkDetail::Bricks ? std::numeric_limits<double>::infinity() : kFewInBrick),
           origin_(grid.index_from_world().point(ray.origin)),
           direction_(grid.index_from_world().direction(ray.direction)),
           inverse_{1 / direction_.x, 1 / direction_.y, 1 / direction_.z},
@@ -72,8 +68,8 @@ public:
     Vec3 index_at(double t) const { return origin_ + t * direction_; }
 
     /// SparseGrid::tap at `t`, a place of the last segment.
-    double tap(double t, Vec3 u) const {
-        const Voxel voxel = SparseGrid::tapped_voxel(index_at(t), u);
+    double tap(double t, std::uint64_t bits) const {
+        const Voxel voxel = SparseGrid::tapped_voxel(index_at(t), bits);
         if (brick_ != nullptr && (voxel.x & ~7) == brick_place_.x && (voxel.y & ~7) == brick_place_.y &&
             (voxel.z & ~7) == brick_place_.z) {
             return static_cast<double>(grid_->value_in(*brick_, voxel));
@@ -208,7 +204,7 @@ private:
             const SparseGrid::Brick* brick = grid_->brick_of(*node_, cell[0] & 3, cell[1] & 3, cell[2] & 3);
             const double bound = brick == nullptr ? background : static_cast<double>(brick->bound);
             const double begin = t_;
-            const bool whole = bound == 0 || brick == nullptr || is_shallow(bound, end, few_in_brick_);
+            const bool whole = bound == 0 || brick == nullptr || is_shallow(bound, end, kFewInBrick);
             bricks_.advance();
             for (std::size_t a = 0; a < 3; ++a)  // rounding at the node's far face may leave a last sliver outside
                 bricks_.cell[a] = std::clamp(bricks_.cell[a], 4 * nodes_.cell[a], 4 * nodes_.cell[a] + 3);
@@ -266,7 +262,7 @@ private:
     }
 
     const SparseGrid* grid_;
-    double coefficient_, few_in_brick_;
+    double coefficient_;
     Vec3 origin_, direction_, inverse_;
     double t_, end_;
     double enter_ = 0, leave_ = 0, node_end_ = 0, brick_end_ = 0;

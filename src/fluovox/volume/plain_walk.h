@@ -42,7 +42,9 @@ public:
 
     Vec3 index_at(double t) const { return origin_ + t * direction_; }
     /// The trilinear value itself; needs no random numbers. (Rounding could put it above the largest voxel.)
-    double tap(double t, Vec3 /*u*/) const { return std::min(grid_->trilinear_from_root(index_at(t)), grid_->max()); }
+    double tap(double t, std::uint64_t /*bits*/) const {
+        return std::min(grid_->trilinear_from_root(index_at(t)), grid_->max());
+    }
 
 private:
     const SparseGrid* grid_;

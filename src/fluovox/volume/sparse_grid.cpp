@@ -2,8 +2,10 @@
 
 #include "fluovox/volume/sparse_grid_builder.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace fluovox {
 namespace {
@@ -38,6 +40,22 @@ Affine Affine::inverse() const {
     return back;
 }
 
+bool SparseGrid::Directory::fill(const std::vector<std::int32_t>& bricks) {
+    offsets_.assign(bricks.size(), kNone);
+    firsts_.assign((bricks.size() + kRun - 1) / kRun, std::numeric_limits<std::uint32_t>::max());
+    for (std::size_t slot = 0; slot < bricks.size(); ++slot) {
+        if (bricks[slot] >= 0)
+            firsts_[slot / kRun] = std::min(firsts_[slot / kRun], static_cast<std::uint32_t>(bricks[slot]));
+    }
+    for (std::size_t slot = 0; slot < bricks.size(); ++slot) {
+        if (bricks[slot] < 0) continue;
+        const std::uint32_t offset = static_cast<std::uint32_t>(bricks[slot]) - firsts_[slot / kRun];
+        if (offset >= kNone) return offsets_.clear(), false;
+        offsets_[slot] = static_cast<std::uint16_t>(offset);
+    }
+    return true;
+}
+
 double SparseGrid::trilinear(Vec3 world_um) const {
     return interpolated(index_from_world_.point(world_um), [&](Voxel voxel) { return value(voxel); });
 }
@@ -70,7 +88,7 @@ SparseGrid SparseGrid::from_function(Voxel min, Voxel max, const Affine& world_f
 }
 
 std::size_t SparseGrid::memory_bytes() const {
-    return sizeof(*this) + 4 * (groups_.size() + slots_.size() + constants_.size()) + 5 * directory_.size() +
+    return sizeof(*this) + 4 * (groups_.size() + slots_.size() + constants_.size()) + directory_.memory_bytes() +
            sizeof(Node) * nodes_.size() + sizeof(Brick) * bricks_.size() + 2 * codes_.size();
 }
 

@@ -73,8 +73,8 @@ public:
                 static_cast<unsigned>(k) >= static_cast<unsigned>(brick_count_.z)) {
                 return constants_[0];
             }
-            const std::int32_t brick = directory_[brick_slot(i, j, k)];
-            return brick < 0 ? constants_[0] : value_in(bricks_[static_cast<std::size_t>(brick)], voxel);
+            const std::size_t slot = brick_slot(i, j, k);
+            return directory_.has(slot) ? value_in(bricks_[directory_.brick(slot)], voxel) : constants_[0];
         }
         return value_from_root(voxel);
     }
@@ -87,14 +87,14 @@ public:
         return brick == nullptr ? constants_[0] : value_in(*brick, voxel);
     }
 
-    /// Value of one of the eight voxels around an index-space position, drawn with the trilinear weights by three
-    /// uniform numbers in `u`: its expectation is the trilinear value. Valid wherever the result is used linearly.
-    float tap(Vec3 index_position, Vec3 u) const { return value(tapped_voxel(index_position, u)); }
+    /// Value of one of the eight voxels around an index-space position, drawn with the trilinear weights (in steps of
+    /// 2^-21) by 63 random bits: its expectation is the trilinear value. Valid wherever the result is used linearly.
+    float tap(Vec3 index_position, std::uint64_t bits) const { return value(tapped_voxel(index_position, bits)); }
 
     /// The voxel that `tap` looks up.
-    static Voxel tapped_voxel(Vec3 index_position, Vec3 u) {
-        return {floor_to_int(index_position.x + u.x), floor_to_int(index_position.y + u.y),
-                floor_to_int(index_position.z + u.z)};
+    static Voxel tapped_voxel(Vec3 index_position, std::uint64_t bits) {
+        return {rounded_at_random(index_position.x, bits), rounded_at_random(index_position.y, bits >> 21U),
+                rounded_at_random(index_position.z, bits >> 42U)};
     }
 
     /// The trilinear field at a world position (micrometres); at an index-space position, all eight voxels from the
@@ -136,10 +136,36 @@ private:
         std::uint64_t mask = 0;
         std::uint32_t first = 0;  // brick
         float bound = 0;          // largest of the bricks
-        float excess = 0;         // of the bound over the mean of all blocks' bounds
+    };
+
+    /// The bricks in a box by place. It takes two bytes per place, so that a walk through empty space reads little.
+    class Directory {
+    public:
+        static constexpr std::uint16_t kNone = 0xffff;
+
+        bool empty() const { return offsets_.empty(); }
+        bool has(std::size_t slot) const { return offsets_[slot] != kNone; }
+        /// Of a place that has one.
+        std::size_t brick(std::size_t slot) const { return firsts_[slot / kRun] + offsets_[slot]; }
+        std::size_t memory_bytes() const { return 2 * offsets_.size() + 4 * firsts_.size(); }
+        /// Per place its brick, or a negative number; false where they lie too far apart.
+        bool fill(const std::vector<std::int32_t>& bricks);
+
+    private:
+        static constexpr std::size_t kRun = 64;
+        std::vector<std::uint32_t> firsts_;  // least brick of each run of places
+        std::vector<std::uint16_t> offsets_;
     };
 
     SparseGrid() = default;
+
+    // Up or down, in proportion to how near each is, by the lowest 21 bits. In fixed point, made positive.
+    static int rounded_at_random(double x, std::uint64_t bits) {
+        constexpr std::int64_t kOne = 1 << 21;
+        constexpr std::int64_t kMost = std::int64_t{1} << 31U;
+        const auto fixed = static_cast<std::int64_t>(x * static_cast<double>(kOne) + static_cast<double>(kMost * kOne));
+        return static_cast<int>(((fixed + static_cast<std::int64_t>(bits & (kOne - 1))) >> 21U) - kMost);
+    }
 
     // Bits that are set. (The builtin calls a function on processors that may lack the instruction.)
     static int count_bits(std::uint64_t bits) {
@@ -206,9 +232,8 @@ private:
     std::vector<std::int32_t> groups_;   // of 8^3 nodes, in the box of nodes: one in slots_, or -1
     std::vector<std::int32_t> slots_;    // per group and place in it: a node, or -1
     std::vector<Node> nodes_;
-    Voxel brick_count_;                    // of the occupied box
-    std::vector<std::int32_t> directory_;  // in that box: a brick, or -1; empty where the box is large
-    std::vector<std::uint8_t> present_;    // in that box: 1 where there is a brick
+    Voxel brick_count_;    // of the occupied box
+    Directory directory_;  // in that box; empty where the box is large
     std::vector<Brick> bricks_;
     std::vector<std::uint16_t> codes_;    // per block: its mask (4 words), then the voxels that are not zero
     std::vector<float> constants_ = {0};  // [0] is the background

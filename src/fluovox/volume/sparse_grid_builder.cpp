@@ -247,7 +247,6 @@ void SparseGridBuilder::raise_bounds(const SparseGrid& grid, const Cell& cell,
 }
 
 void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds) const {
-    std::vector<float> means(bounds.size());
     for (std::size_t b = 0; b < bounds.size(); ++b) {
         SparseGrid::Brick& brick = grid.bricks_[b];
         brick.bound = *std::max_element(bounds[b].begin(), bounds[b].end());
@@ -260,17 +259,12 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
             brick.bounds[block] = static_cast<std::uint8_t>(std::clamp(share, 1.0, 255.0));
             if (SparseGrid::bound_of(brick, block) < static_cast<double>(bound)) ++brick.bounds[block];
         }
-        means[b] = sum / 8;
-        brick.excess = std::max(0.0F, brick.bound - means[b]);
+        brick.excess = std::max(0.0F, brick.bound - sum / 8);
     }
     for (SparseGrid::Node& node : grid.nodes_) {
         const auto count = static_cast<std::uint32_t>(std::popcount(node.mask));
-        float sum = static_cast<float>(64 - count) * background_;
-        for (std::uint32_t i = 0; i < count; ++i) {
+        for (std::uint32_t i = 0; i < count; ++i)
             node.bound = std::max(node.bound, grid.bricks_[node.first + i].bound);
-            sum += means[node.first + i];
-        }
-        node.excess = std::max(0.0F, node.bound - sum / 64);
     }
 }
 
@@ -303,12 +297,11 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
     if (cells_.empty() || background_ > 0) return;
     const Voxel count{(high.x - low.x) / kBrick, (high.y - low.y) / kBrick, (high.z - low.z) / kBrick};
     const double bricks = static_cast<double>(count.x) * count.y * count.z;
-    constexpr double kBytes = sizeof(std::int32_t) + sizeof(std::uint8_t);
+    constexpr double kBytes = 2;
     constexpr double kFree = 1 << 18;
     if (kBytes * bricks > kFree + static_cast<double>(std::max(grid.active_voxels_, grid.codes_.size()))) return;
     grid.brick_count_ = count;
-    grid.directory_.assign(static_cast<std::size_t>(bricks), -1);
-    grid.present_.assign(grid.directory_.size(), 0);
+    std::vector<std::int32_t> by_place(static_cast<std::size_t>(bricks), -1);
     std::size_t slot = 0;
     for (int i = 0; i < count.x; ++i) {
         for (int j = 0; j < count.y; ++j) {
@@ -318,12 +311,12 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
                 if (node < 0) continue;
                 const SparseGrid::Brick* brick =
                     grid.brick_of(grid.nodes_[static_cast<std::size_t>(node)], at.x & 3, at.y & 3, at.z & 3);
-                if (brick == nullptr) continue;
-                grid.directory_[slot] = static_cast<std::int32_t>(brick - grid.bricks_.data());
-                grid.present_[slot] = brick->bound > 0 ? 1 : 0;
+                if (brick != nullptr && brick->bound > 0)
+                    by_place[slot] = static_cast<std::int32_t>(brick - grid.bricks_.data());
             }
         }
     }
+    grid.directory_.fill(by_place);
 }
 
 SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t active_voxels) && {
