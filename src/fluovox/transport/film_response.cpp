@@ -75,7 +75,7 @@ Spectrum one_in(const Ranges& ranges) {
     return {std::move(knots), std::move(values)};
 }
 
-// Each bin of a spectrum has its own on every path, as far as they go; a channel averages over few.
+// Each bin of a spectrum has its own on every path where they are few; a channel averages over few.
 int lanes_for(const FilmSpec& spec) {
     constexpr int kFew = 8;
     return spec.is_spectral ? std::clamp(static_cast<int>(spec.channels.size()), kFew, kMaxLanes) : kFew;

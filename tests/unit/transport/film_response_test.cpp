@@ -21,14 +21,14 @@ FilmSpec bins(int count, double from_nm, double width_nm) {
     return spec;
 }
 
-TEST(FilmResponse, EachBinHasItsOwnWavelengthOnEveryPath) {
-    const FilmSpec spec = bins(28, 490, 4);
+TEST(FilmResponse, EachOfAFewBinsHasItsOwnWavelengthOnEveryPath) {
+    const FilmSpec spec = bins(kMaxLanes, 490, 4);
     const FilmResponse response(spec, std::nullopt);
     for (const double u : {0.0, 0.013, 0.4, 0.7123, 0.9999}) {
         const Wavelengths drawn = response.sample(u);
-        ASSERT_EQ(drawn.count(), 28);
-        std::vector<double> values(28);
-        response.add(drawn, Lanes(28, 1), values);
+        ASSERT_EQ(drawn.count(), kMaxLanes);
+        std::vector<double> values(kMaxLanes);
+        response.add(drawn, Lanes(kMaxLanes, 1), values);
         for (const double value : values)
             EXPECT_GT(value, 0) << u;
         EXPECT_EQ(response.sample_one(u).nm[0], drawn.nm[0]);
@@ -56,7 +56,7 @@ TEST(FilmResponse, WavelengthsAreEvenOverWhatTheFilterPasses) {
             in_first += drawn.nm[k] <= 510 ? 1 : 0;
         }
     }
-    EXPECT_EQ(in_first, 28 * kTurns / 4);
+    EXPECT_EQ(in_first, kMaxLanes * kTurns / 4);
 }
 
 }  // namespace
