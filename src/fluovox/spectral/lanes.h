@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstddef>
 
 namespace fluovox {
@@ -30,10 +31,17 @@ public:
     ~Lanes() = default;
 
     constexpr int count() const { return count_; }
-    constexpr double& operator[](int i) { return v_[static_cast<std::size_t>(i)]; }
-    constexpr double operator[](int i) const { return v_[static_cast<std::size_t>(i)]; }
+    constexpr double& operator[](int i) {
+        assert(i < count_);
+        return v_[static_cast<std::size_t>(i)];
+    }
+    constexpr double operator[](int i) const {
+        assert(i < count_);
+        return v_[static_cast<std::size_t>(i)];
+    }
 
     constexpr Lanes& operator*=(const Lanes& b) {
+        assert(b.count_ == count_);
         for_blocks([&](std::size_t i) { v_[i] *= b.v_[i]; });
         return *this;
     }
@@ -42,6 +50,7 @@ public:
         return *this;
     }
     constexpr Lanes& operator+=(const Lanes& b) {
+        assert(b.count_ == count_);
         for_blocks([&](std::size_t i) { v_[i] += b.v_[i]; });
         return *this;
     }
