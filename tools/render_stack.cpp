@@ -14,13 +14,13 @@
 #include "fluovox/transport/render.h"
 #include "fluovox/transport/stack_view.h"
 
+#include "plane_progress.h"
 #include "stack_report.h"
 #include "stack_stamp.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -52,30 +52,6 @@ std::pair<std::string, std::string> split_name(const fs::path& path) {
     return {path.stem().string(), path.extension().string()};
 }
 
-/// Shows the planes of a stack as one piece of work.
-class PlaneProgress final : public Progress {
-public:
-    static constexpr long long kUnits = 1000;  // of one plane
-
-    explicit PlaneProgress(Progress& whole) : whole_(&whole) {}
-    void start(const char* /*stage*/, long long units) override {
-        units_ = std::max(units, 1LL);
-        done_ = 0;
-        shown_ = 0;
-    }
-    void advance(long long units) override {
-        const long long now = (done_ += units) * kUnits / units_;
-        const long long before = shown_.exchange(now);
-        if (now > before) whole_->advance(now - before);
-    }
-    bool stopped() const override { return whole_->stopped(); }
-
-private:
-    Progress* whole_;
-    long long units_ = 1;
-    std::atomic<long long> done_ = 0, shown_ = 0;
-};
-
 /// One stack to be made: what it is, where its planes wait, what it is called.
 class StackJob {
 public:
@@ -92,6 +68,7 @@ private:
     std::optional<std::vector<PlaneFigures>> finished_planes() const;
     void require_replaceable_outputs() const;
     bool render_planes(const PlaneStore& store);
+    void save_exr_plane(const PlaneStore& store, int image, const Scene& here, const Film& film) const;
     void assemble(const PlaneStore& store, int view);
     void write_stack(const PlaneStore& store, const fs::path& path, const StackInfo& info, const PlaneSource& source,
                      const std::optional<StackLabels>& labels = std::nullopt);
@@ -110,7 +87,7 @@ private:
 
     fs::path beside(int view, const std::string& end) const;
     fs::path view_path(int view) const { return beside(view, split_name(output_).second); }
-    fs::path plane_path(int view, int plane) const { return beside(view, fmt::format("-{:04}.exr", plane)); }
+    fs::path plane_path(int view, int plane) const { return beside(view, exr_plane_ending(plane)); }
     fs::path folder() const { return fs::path(output_.string() + ".planes"); }
 
     const CommandLine& line_;
@@ -317,9 +294,7 @@ bool StackJob::render_planes(const PlaneStore& store) {
                        images() - left, images(), store.folder().string());
             return false;
         }
-        if (format_ == StackFormat::Exr)
-            save_exr(store.folder() / fmt::format("{:05}.exr", image), result.film, here.description.film,
-                     provenance_of(here));
+        if (format_ == StackFormat::Exr) save_exr_plane(store, image, here, result.film);
         PlaneFigures figures;
         const std::vector<float> values = plane_values(result.film, result.film.layer(layer_), figures);
         figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -327,6 +302,14 @@ bool StackJob::render_planes(const PlaneStore& store) {
         --left;
     }
     return true;
+}
+
+void StackJob::save_exr_plane(const PlaneStore& store, int image, const Scene& here, const Film& film) const {
+    StackInfo info = describe_stack(scene_, image / planes_);
+    info.key = key_;
+    Provenance provenance = provenance_of(here);
+    provenance.stack_note = exr_plane_note(info, image % planes_);
+    save_exr(store.folder() / fmt::format("{:05}.exr", image), film, here.description.film, provenance);
 }
 
 PlaneSource StackJob::source(const PlaneStore& store, int view) const {

@@ -31,7 +31,9 @@ namespace fs = std::filesystem;
 constexpr const char* kExamples =
     "  fluovox sensor stack.ome.tif -o noisy.ome.tif --camera scmos --exposure 20ms\n"
     "  fluovox sensor stack.ome.tif -o noisy2.ome.tif --camera mycamera.toml --seed 2    another realisation\n"
-    "  fluovox sensor stack.ome.tif -o noisy.tif --camera emccd --format imagej\n";
+    "  fluovox sensor stack.ome.zarr -o noisy.ome.zarr --camera emccd\n"
+    "  fluovox sensor stack.exr -o noisy.tif --camera emccd --format imagej     of stack-0000.exr, stack-0001.exr "
+    "...\n";
 
 struct Camera {
     Sensor sensor;
@@ -81,6 +83,8 @@ public:
         const double efficiency = seen.has_efficiency ? 1 : camera_->sensor.efficiency_at(seen.emission_nm);
         const auto page =
             static_cast<std::uint64_t>(plane) * info.channels.size() + static_cast<std::uint64_t>(channel);
+        const float brightest = *std::max_element(values.begin(), values.end());
+        most_electrons_ = std::max(most_electrons_, efficiency * photons * static_cast<double>(brightest));
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values.size(), 1024), [&](const auto& range) {
             std::int64_t full = 0;
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
@@ -101,16 +105,9 @@ public:
     /// That brings the brightest pixel to four fifths of what the sensor can hold.
     double better_exposure_s() const {
         const Sensor& sensor = camera_->sensor;
-        const StackInfo& info = stack_->info();
         const double range = (std::ldexp(1.0, sensor.bits) - 1 - sensor.offset_counts) / sensor.counts_per_electron;
-        double most = 0;
-        for (std::size_t c = 0; c < info.channels.size(); ++c) {
-            const StackChannel& seen = info.channels[c];
-            const double efficiency = seen.has_efficiency ? 1 : sensor.efficiency_at(seen.emission_nm);
-            most = std::max(
-                most, efficiency * info.max_value * photons_per_value(info, static_cast<int>(c), camera_->exposure_s));
-        }
-        return camera_->exposure_s * 0.8 * std::min(sensor.full_well_electrons, range / sensor.em_gain) / most;
+        return camera_->exposure_s * 0.8 * std::min(sensor.full_well_electrons, range / sensor.em_gain) /
+               most_electrons_;
     }
 
 private:
@@ -119,6 +116,7 @@ private:
     std::uint64_t seed_;
     std::atomic<std::int64_t> full_ = 0;
     std::int64_t pixels_ = 0;
+    double most_electrons_ = 0;  // expected, of the brightest pixel
 };
 
 StackInfo info_of_counts(const StackInfo& stack, const Camera& camera, std::uint64_t seed) {
@@ -137,10 +135,10 @@ StackInfo info_of_counts(const StackInfo& stack, const Camera& camera, std::uint
 }  // namespace
 
 ExitCode run_sensor(const std::vector<std::string>& arguments) {
-    CommandLine line("fluovox sensor STACK.ome.tif -o NOISY.ome.tif --camera scmos|emccd|ideal|FILE [options]",
-                     kExamples);
+    CommandLine line("fluovox sensor STACK -o NOISY.ome.tif --camera scmos|emccd|ideal|FILE [options]", kExamples);
     auto add = line.options().add_options();
-    add("stack", po::value<std::string>()->value_name("STACK.ome.tif"), "a stack of radiance or expected photons");
+    add("stack", po::value<std::string>()->value_name("STACK"),
+        "a stack of radiance or expected photons that render wrote: .ome.tif, .ome.zarr, planes of .exr");
     add("output,o", po::value<std::string>()->value_name("NOISY.ome.tif"), "the counts; .ome.zarr likewise");
     add("camera", po::value<std::string>()->value_name("NAME|FILE"), "a preset (scmos, emccd, ideal) or a TOML file");
     add("exposure", po::value<std::string>()->value_name("TIME"), "instead of the camera file's or the stack's: 20ms");

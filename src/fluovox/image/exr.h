@@ -31,7 +31,7 @@ namespace fluovox {
 /// Attributes: spectralLayoutVersion "1.0" and emissiveUnits "W.m^-2.sr^-1" (the only text the layout allows; the
 /// values are per nm, as fluovox:radianceUnits says), and as text fluovox:version, :scene (JSON), :seed, :samples,
 /// :estimator, :dyes, :film (JSON), :count (samples of every pixel; the smallest where they differ), :varianceUnit,
-/// :nanCount, :boundViolations, :preview (the exposure of R, G, B).
+/// :nanCount, :boundViolations, :preview (the exposure of R, G, B), and of a stack's plane :stack (JSON).
 ///
 /// Throws OutputError; an existing file survives a failure.
 void save_exr(const std::filesystem::path& path, const Film& film, const FilmSpec& spec, const Provenance& provenance);

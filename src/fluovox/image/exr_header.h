@@ -22,6 +22,7 @@ inline constexpr const char* kRegionVariances = "fluovox:regionVariances";
 inline constexpr const char* kNanCount = "fluovox:nanCount";
 inline constexpr const char* kBoundViolations = "fluovox:boundViolations";
 inline constexpr const char* kRadianceUnits = "fluovox:radianceUnits";
+inline constexpr const char* kStack = "fluovox:stack";
 inline constexpr const char* kPreview = "fluovox:preview";
 
 /// Stands for all channels of a layer added up; with a dot, so that no channel is called so.

@@ -54,6 +54,8 @@ void read_header(const Imf::Header& header, RenderedImage& image) {
     from.samples = static_cast<int>(whole_number(header, exr::kSamples));
     from.estimator = text_attribute(header, exr::kEstimator);
     from.dyes = exr::names_from_json(text_attribute(header, exr::kDyes));
+    const auto* const stack = header.findTypedAttribute<Imf::StringAttribute>(exr::kStack);
+    if (stack != nullptr) from.stack_note = stack->value();
     image.nan_count = whole_number(header, exr::kNanCount);
     image.bound_violations = whole_number(header, exr::kBoundViolations);
     image.variance_unit = number_attribute<double>(

@@ -138,6 +138,7 @@ Imf::Header make_header(const Film& film, const FilmSpec& spec, const Provenance
     }
     put(exr::kNanCount, std::to_string(film.nan_count()));
     put(exr::kBoundViolations, std::to_string(film.bound_violations()));
+    if (!provenance.stack_note.empty()) put(exr::kStack, provenance.stack_note);
     put(exr::kRadianceUnits, radiance_units(spec));
     return header;
 }

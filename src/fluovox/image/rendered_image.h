@@ -18,6 +18,7 @@ struct Provenance {
     int samples = 0;                ///< asked for, per pixel
     std::string estimator;          ///< "path", "cached" ...
     std::vector<std::string> dyes;  ///< names of the scene's dyes; a dye file's path for those of no library
+    std::string stack_note = {};    ///< which plane of which stack it is, from `exr_plane_note`; empty: of none
 };
 
 /// A finished image in memory: for each layer and channel the mean of every pixel and the variance of that mean.

@@ -3,7 +3,6 @@
 #include "fluovox/image/stack_info.h"
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -46,22 +45,26 @@ std::vector<std::filesystem::path> files_of_zarr(const std::filesystem::path& fo
 void save_ome_zarr(const std::filesystem::path& path, const StackInfo& info, const PlaneSource& source,
                    const std::optional<StackLabels>& labels = std::nullopt);
 
-/// An OME-TIFF that `save_ome_tiff` wrote, open for reading page by page.
+/// Of a stack of one EXR image for each plane: what a plane's name ends in, "-0007.exr", and what stands in
+/// `Provenance::stack_note` so that the planes can be read as the stack they are.
+std::string exr_plane_ending(int plane);
+std::string exr_plane_note(const StackInfo& info, int plane);
+
+/// A stack that fluovox wrote, in any of its formats, open for reading page by page.
 class StackFile {
 public:
-    /// Throws InputError for anything else.
+    /// A file or folder, or for planes of EXR the name they begin with ("stack.exr") or that of any of them; of these,
+    /// the layer of all light is read. Throws InputError for anything else.
     explicit StackFile(const std::filesystem::path& path);
 
     const StackInfo& info() const { return info_; }
-    /// The values (counts times their worth) of one page. Throws InputError where the file is damaged.
+    /// The values (counts times their worth) of one page, `info().pixels()` of them. Throws InputError where the file
+    /// is damaged.
     void read(int plane, int channel, std::span<float> values);
 
 private:
-    struct Tiff;
-
-    std::filesystem::path path_;
-    std::shared_ptr<Tiff> tiff_;
     StackInfo info_;
+    PlaneSource source_;
 };
 
 }  // namespace fluovox

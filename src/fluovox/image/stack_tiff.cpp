@@ -3,6 +3,7 @@
 #include "fluovox/core/version.h"
 #include "fluovox/image/ome_xml.h"
 #include "fluovox/image/stack_file.h"
+#include "fluovox/image/stack_read.h"
 #include "fluovox/image/tiff_file.h"
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <vector>
 
 namespace fluovox {
@@ -99,6 +101,51 @@ void save_pages(const fs::path& path, const StackInfo& info, const PlaneSource& 
     });
 }
 
+/// Reads pages, quickest one after the other.
+class PageReader {
+public:
+    // "c": the one strip of a page is not chopped into many.
+    explicit PageReader(const fs::path& path) : path_(path), file_(path, "rc") {
+        const auto fail = [&](const std::string& why) { throw InputError(fmt::format("{}: {}", path.string(), why)); };
+        if (!file_.is_open()) fail("is no TIFF file, or damaged");
+        const char* text = nullptr;
+        TIFFGetField(file_.get(), TIFFTAG_IMAGEDESCRIPTION, &text);  // NOLINT(*-vararg)
+        const std::string description = text == nullptr ? std::string() : text;
+        const std::string json = stack_json_in(description);
+        if (json.empty()) fail(std::string("says nothing of how it was rendered: what can be read is ") + kStacksRead);
+        info_ = checked_stack_info(json, path);
+        info_.scene_json = scene_json_in(description);
+        if (info_.type == SampleType::UInt16) counts_.resize(info_.pixels());
+    }
+
+    const StackInfo& info() const { return info_; }
+
+    void read(int plane, int channel, std::span<float> values) {
+        TIFF* tiff = file_.get();
+        const auto page = static_cast<std::uint32_t>(plane) * static_cast<std::uint32_t>(info_.channels.size()) +
+                          static_cast<std::uint32_t>(channel);
+        const auto bytes = static_cast<tmsize_t>(info_.pixels() * info_.bytes_per_sample());
+        const bool counts = info_.type == SampleType::UInt16;
+        void* into = counts ? static_cast<void*>(counts_.data()) : values.data();
+        // The next page is where the last one says; any other is looked for from the first page on.
+        const bool found = page == TIFFCurrentDirectory(tiff) + 1U
+                               ? TIFFReadDirectory(tiff) == 1
+                               : TIFFSetDirectory(tiff, static_cast<tdir_t>(page)) == 1;
+        const bool there = found && values.size() == info_.pixels() && TIFFNumberOfStrips(tiff) == 1 &&
+                           TIFFReadEncodedStrip(tiff, 0, into, bytes) == bytes;
+        if (!there)
+            throw InputError(fmt::format("{}: page {} cannot be read: the file is damaged", path_.string(), page));
+        for (std::size_t i = 0; counts && i < values.size(); ++i)
+            values[i] = static_cast<float>(counts_[i] * info_.value_per_count);
+    }
+
+private:
+    fs::path path_;
+    TiffFile file_;
+    StackInfo info_;
+    std::vector<std::uint16_t> counts_;
+};
+
 }  // namespace
 
 void save_ome_tiff(const fs::path& path, const StackInfo& info, const PlaneSource& source) {
@@ -106,49 +153,10 @@ void save_ome_tiff(const fs::path& path, const StackInfo& info, const PlaneSourc
     save_pages(path, info, source, xml, file_bytes(info, xml.size()) > kClassicLimit);
 }
 
-struct StackFile::Tiff {
-    TiffFile file;
-    std::vector<std::uint16_t> counts;
-};
-
-StackFile::StackFile(const fs::path& path) : path_(path) {
-    std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) {
-        throw InputError(fmt::format("{}: {}", path.string(),
-                                     fs::exists(path, ignored) ? "is no .ome.tif file" : "there is no such file"));
-    }
-    // "c": the one strip of a page is not chopped into many.
-    tiff_ = std::make_shared<Tiff>(Tiff{TiffFile(path, "rc"), {}});
-    const auto fail = [&](const std::string& why) { throw InputError(fmt::format("{}: {}", path.string(), why)); };
-    if (!tiff_->file.is_open()) fail("is no TIFF file, or damaged");
-    const char* description = nullptr;
-    TIFFGetField(tiff_->file.get(), TIFFTAG_IMAGEDESCRIPTION, &description);  // NOLINT(*-vararg)
-    const std::string json = description == nullptr ? std::string() : stack_json_in(description);
-    if (json.empty()) fail("is not a stack that fluovox wrote as .ome.tif");
-    try {
-        info_ = stack_info_from_json(json);
-    } catch (const std::exception&) {
-        fail("its description of the stack is damaged");
-    }
-    info_.scene_json = scene_json_in(description);
-}
-
-void StackFile::read(int plane, int channel, std::span<float> values) {
-    TIFF* tiff = tiff_->file.get();
-    const auto page = static_cast<std::uint32_t>(plane) * static_cast<std::uint32_t>(info_.channels.size()) +
-                      static_cast<std::uint32_t>(channel);
-    const auto bytes = static_cast<tmsize_t>(info_.pixels() * info_.bytes_per_sample());
-    const bool counts = info_.type == SampleType::UInt16;
-    if (counts) tiff_->counts.resize(values.size());
-    void* into = counts ? static_cast<void*>(tiff_->counts.data()) : values.data();
-    // The next page is where the last one says; any other is looked for from the first page on.
-    const bool found = page == TIFFCurrentDirectory(tiff) + 1U ? TIFFReadDirectory(tiff) == 1
-                                                               : TIFFSetDirectory(tiff, static_cast<tdir_t>(page)) == 1;
-    const bool there = found && values.size() == info_.pixels() && TIFFNumberOfStrips(tiff) == 1 &&
-                       TIFFReadEncodedStrip(tiff, 0, into, bytes) == bytes;
-    if (!there) throw InputError(fmt::format("{}: page {} cannot be read: the file is damaged", path_.string(), page));
-    for (std::size_t i = 0; counts && i < values.size(); ++i)
-        values[i] = static_cast<float>(tiff_->counts[i] * info_.value_per_count);
+OpenStack open_tiff_stack(const fs::path& path) {
+    const auto reader = std::make_shared<PageReader>(path);
+    return {reader->info(),
+            [reader](int plane, int channel, std::span<float> values) { reader->read(plane, channel, values); }};
 }
 
 }  // namespace fluovox
