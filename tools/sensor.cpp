@@ -138,7 +138,8 @@ ExitCode run_sensor(const std::vector<std::string>& arguments) {
     CommandLine line("fluovox sensor STACK -o NOISY.ome.tif --camera scmos|emccd|ideal|FILE [options]", kExamples);
     auto add = line.options().add_options();
     add("stack", po::value<std::string>()->value_name("STACK"),
-        "a stack of radiance or expected photons that render wrote: .ome.tif, .ome.zarr, planes of .exr");
+        "a stack of radiance or expected photons that render wrote: .ome.tif, .tif of ImageJ, .ome.zarr, planes of "
+        ".exr");
     add("output,o", po::value<std::string>()->value_name("NOISY.ome.tif"), "the counts; .ome.zarr likewise");
     add("camera", po::value<std::string>()->value_name("NAME|FILE"), "a preset (scmos, emccd, ideal) or a TOML file");
     add("exposure", po::value<std::string>()->value_name("TIME"), "instead of the camera file's or the stack's: 20ms");

@@ -96,7 +96,8 @@ TEST_F(SensorTest, ACameraFileSaysItsOwnNumbersAndComplaintsNameThePlace) {
         {"no stack of ours",
          {"sensor", "qe.csv", "-o", "b.ome.tif", "--camera", "scmos"},
          4,
-         "qe.csv: is no stack that can be read: those are an OME-TIFF, an OME-Zarr folder or planes of .exr"},
+         "qe.csv: is no stack that can be read: those are an OME-TIFF, an ImageJ TIFF, an OME-Zarr folder or planes of "
+         ".exr"},
         {"missing", {"sensor", "none.ome.tif", "-o", "b.ome.tif", "--camera", "scmos"}, 4, "there is no such file"},
         {"a sensor's output is no radiance",
          {"sensor", "a.ome.tif", "-o", "b.ome.tif", "--camera", "scmos"},
@@ -123,15 +124,16 @@ std::vector<float> values_of(const std::filesystem::path& path) {
 TEST_F(SensorTest, TheSameLightGivesTheSameCountsWhateverFormatTheStackHas) {
     for (const char* name : {"z.ome.zarr", "e.exr"})
         ASSERT_EQ(run({"render", "scene.toml", "-o", name, "-q"}).exit_code, 0) << name;
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "j.tif", "-q", "--format", "imagej"}).exit_code, 0);
     const auto noisy = [](const std::string& stack, const std::string& output) {
         return CommandRow{stack, {"sensor", stack, "-o", output, "--camera", "scmos", "--exposure", "1us"}};
     };
     expect_rows({noisy("stack.ome.tif", "t.ome.tif"), noisy("z.ome.zarr", "z.ome.tif"), noisy("e.exr", "e.ome.tif"),
-                 noisy("e-0001.exr", "e1.ome.tif"), noisy("z.ome.zarr/", "zz.ome.zarr")});
+                 noisy("e-0001.exr", "e1.ome.tif"), noisy("j.tif", "j.ome.tif"), noisy("z.ome.zarr/", "zz.ome.zarr")});
     const std::vector<float> counts = values_of(folder() / "t.ome.tif");
     ASSERT_EQ(counts.size(), 6U * 5U * 3U);
     EXPECT_GT(*std::max_element(counts.begin(), counts.end()), 110);
-    for (const char* name : {"z.ome.tif", "e.ome.tif", "e1.ome.tif", "zz.ome.zarr"})
+    for (const char* name : {"z.ome.tif", "e.ome.tif", "e1.ome.tif", "j.ome.tif", "zz.ome.zarr"})
         EXPECT_EQ(values_of(folder() / name), counts) << name;
     // What the files say of the stack is the same as well, except of the work they are the end of.
     const StackInfo seen = StackFile(folder() / "e.ome.tif").info();

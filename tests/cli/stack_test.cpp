@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <regex>
 #include <string>
 
 namespace fluovox::testing {
@@ -88,6 +89,12 @@ protected:
     std::string python(const std::string& arguments) const {
         return shell("/usr/bin/python3 " FLUOVOX_SOURCE_DIR "/tests/cli/read_stack.py " + arguments);
     }
+    std::string imagej(const std::string& file) const {
+        return shell(
+            "java -Djava.awt.headless=true -cp /usr/share/java/ij.jar:/usr/share/java/bsh.jar "
+            "bsh.Interpreter " FLUOVOX_SOURCE_DIR "/tests/cli/read_stack.bsh " +
+            file);
+    }
     std::size_t planes_there(const std::string& name) const {
         std::size_t count = 0;
         std::error_code gone;
@@ -96,6 +103,10 @@ protected:
             count += entry.path().extension() == ".plane" && file.front() != '.' ? 1 : 0;
         }
         return count;
+    }
+    bool has_imagej() const {
+        return fs::exists("/usr/share/java/ij.jar") && fs::exists("/usr/share/java/bsh.jar") &&
+               fs::exists("/usr/bin/java");
     }
     bool has_readers() const { return fs::exists("/usr/bin/python3") && fs::exists("/usr/bin/xmllint"); }
 };
@@ -162,22 +173,42 @@ assert a[3, 0].max() > 3 * a[0, 1].max() and a[4, 1].max() > 0")py");
 }
 
 TEST_F(StackTest, PlainImageJSeesTheHyperstack) {
-    const std::string jars = "/usr/share/java/ij.jar:/usr/share/java/bsh.jar";
-    if (!fs::exists("/usr/share/java/ij.jar") || !fs::exists("/usr/share/java/bsh.jar") || !fs::exists("/usr/bin/java"))
-        GTEST_SKIP() << "ImageJ (libij-java, bsh, a Java runtime) is not installed";
+    if (!has_imagej()) GTEST_SKIP() << "ImageJ (libij-java, bsh, a Java runtime) is not installed";
     if (!has_readers()) GTEST_SKIP() << "python3 is not installed";
     for (const char* type : {"float32", "uint16"}) {
         const std::string file = std::string(type) + ".tif";
         ASSERT_EQ(run({"render", "scene.toml", "-o", file, "--format", "imagej", "--type", type}).exit_code, 0);
-        const std::string seen = shell("java -Djava.awt.headless=true -cp " + jars +
-                                       " bsh.Interpreter " FLUOVOX_SOURCE_DIR "/tests/cli/read_stack.bsh " + file);
+        const std::string seen = imagej(file);
         EXPECT_TRUE(found("14 x 12, 2 channels, 7 slices, 1 frames, (32|16) bits, hyperstack true\n", seen));
         EXPECT_TRUE(found("voxel 12.0 12.0 10.0\n", seen));
         python(file);
         std::ofstream(folder() / "seen.txt") << seen;
         shell("/usr/bin/python3 -c \"\nimport numpy as np\na = np.load('" + file +
-              ".npy')\nseen = [float(l.split()[1]) for l in open('seen.txt').readlines()[2:]]\n"
+              ".npy')\nseen = [float(l.split()[1]) for l in open('seen.txt').readlines()[2:16]]\n"
               "assert len(seen) == 14 and (abs(a.max(axis=(2, 3)).ravel() - seen) <= 1e-6 * a.max()).all(), seen\"");
+    }
+}
+
+TEST_F(StackTest, PlainImageJShowsEveryChannelAndLabelAtOnce) {
+    if (!has_imagej()) GTEST_SKIP() << "ImageJ (libij-java, bsh, a Java runtime) is not installed";
+    const std::vector<std::string> render = {"render", "scene.toml", "-o", "s.tif", "--format", "imagej", "--truth"};
+    const auto with = [&](std::vector<std::string> more) {
+        std::vector<std::string> all = render;
+        all.insert(all.end(), more.begin(), more.end());
+        return run(all).exit_code;
+    };
+    for (const char* type : {"float32", "uint16"}) {
+        ASSERT_EQ(with({"labels,concentration", "--type", type, "--overwrite"}), 0);
+        EXPECT_TRUE(found("shown labels 0.0 2.0 ffffffff\n$", imagej("s-labels.tif")));
+        EXPECT_TRUE(found("shown EGFP 0.0 10.0 [0-9a-f]*\nshown mCherry 0.0 10.0 ", imagej("s-concentration.tif")));
+        // The red ball is dimmer than the green one, and is shown as bright.
+        const std::string seen = imagej("s.tif");
+        std::smatch high;
+        const std::regex shown(R"(shown green 0.0 ([0-9.]+) ff00ff[0-9a-f]*\nshown red 0.0 ([0-9.]+) ffff00)");
+        ASSERT_TRUE(std::regex_search(seen, high, shown)) << seen;
+        EXPECT_GT(std::stod(high[1]), 2 * std::stod(high[2]));
+        EXPECT_GT(std::stod(high[2]), 0);
+        EXPECT_LE(std::stod(high[1]), 65535);
     }
 }
 

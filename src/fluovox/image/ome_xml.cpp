@@ -1,5 +1,7 @@
 #include "fluovox/image/ome_xml.h"
 
+#include "fluovox/core/utf8.h"
+
 #include <fmt/format.h>
 
 #include <string_view>
@@ -10,20 +12,6 @@ namespace {
 constexpr const char* kStackNamespace = "fluovox/stack";
 constexpr const char* kSceneNamespace = "fluovox/scene";
 constexpr const char* kMicrometre = "&#181;m";
-
-/// Bytes of a UTF-8 text that begin a character, as its number; 0xFFFD for what is no UTF-8.
-char32_t next_character(std::string_view text, std::size_t& at) {
-    const auto byte = static_cast<unsigned char>(text[at++]);
-    if (byte < 0x80) return byte;
-    const int more = byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : 1;
-    if (byte < 0xC2 || byte > 0xF4) return 0xFFFD;
-    char32_t character = byte & (0x3FU >> static_cast<unsigned>(more));
-    for (int i = 0; i < more; ++i) {
-        if (at >= text.size() || (static_cast<unsigned char>(text[at]) & 0xC0U) != 0x80U) return 0xFFFD;
-        character = (character << 6U) | (static_cast<unsigned char>(text[at++]) & 0x3FU);
-    }
-    return character;
-}
 
 /// As XML text in ASCII; characters that XML cannot hold become question marks.
 std::string escaped(std::string_view text) {
@@ -51,23 +39,6 @@ std::string escaped(std::string_view text) {
     return out;
 }
 
-void append_utf8(std::string& out, std::uint32_t c) {
-    const auto put = [&](std::uint32_t byte) { out += static_cast<char>(byte); };
-    if (c < 0x80) return put(c);
-    if (c < 0x800) {
-        put(0xC0U | (c >> 6U));
-    } else {
-        if (c < 0x10000) {
-            put(0xE0U | (c >> 12U));
-        } else {
-            put(0xF0U | (c >> 18U));
-            put(0x80U | ((c >> 12U) & 0x3FU));
-        }
-        put(0x80U | ((c >> 6U) & 0x3FU));
-    }
-    put(0x80U | (c & 0x3FU));
-}
-
 std::string unescaped(std::string_view text) {
     std::string out;
     for (std::size_t at = 0; at < text.size(); ++at) {
@@ -81,8 +52,7 @@ std::string unescaped(std::string_view text) {
         if (name == "lt") out += '<';
         if (name == "gt") out += '>';
         if (name == "quot") out += '"';
-        if (name.substr(0, 1) == "#")
-            append_utf8(out, static_cast<std::uint32_t>(std::stoul(std::string(name.substr(1)))));
+        if (name.substr(0, 1) == "#") append_utf8(out, static_cast<char32_t>(std::stoul(std::string(name.substr(1)))));
         at = end;
     }
     return out;

@@ -29,7 +29,8 @@ struct StackLabels {
 /// bytes. Throws OutputError; an existing file survives a failure. So do the two below.
 void save_ome_tiff(const std::filesystem::path& path, const StackInfo& info, const PlaneSource& source);
 
-/// Hyperstack of ImageJ 1.x. Throws OutputError also for what cannot be in one: over 4 GB.
+/// Hyperstack of ImageJ 1.x, with the channels' colours and for each the range of values that is shown at first.
+/// Throws OutputError also for what cannot be in one: over 4 GB.
 void save_imagej_tiff(const std::filesystem::path& path, const StackInfo& info, const PlaneSource& source);
 
 /// Throws OutputError where `path` is anything but a folder that `save_ome_zarr` wrote, with nothing else in it, or an

@@ -1,5 +1,6 @@
 #include "fluovox/core/atomic_file.h"
 #include "fluovox/core/error.h"
+#include "fluovox/image/imagej_metadata.h"
 #include "fluovox/image/stack_file.h"
 
 #include <fmt/format.h>
@@ -42,8 +43,10 @@ enum Tag : std::uint16_t {
     kYResolution = 283,
     kResolutionUnit = 296,
     kSampleFormat = 339,
+    kMetadataSizes = 50838,
+    kMetadata = 50839,
 };
-enum FieldType : std::uint16_t { kAscii = 2, kShort = 3, kLong = 4, kRational = 5 };
+enum FieldType : std::uint16_t { kByte = 1, kAscii = 2, kShort = 3, kLong = 4, kRational = 5 };
 
 class Bytes {
 public:
@@ -69,56 +72,61 @@ private:
 };
 
 /// What ImageJ 1.x looks for in the description.
-std::string description_of(const StackInfo& info) {
+std::string description_of(const StackInfo& info, const DisplayRange& range) {
     const std::size_t channels = info.channels.size();
     std::string text = fmt::format("ImageJ=1.53t\nimages={}\n", channels * static_cast<std::size_t>(info.planes));
     if (channels > 1) text += fmt::format("channels={}\n", channels);
     text += fmt::format("slices={}\nhyperstack=true\n", info.planes);
     constexpr std::size_t kMostComposite = 7;
     if (channels > 1) text += fmt::format("mode={}\n", channels <= kMostComposite ? "composite" : "grayscale");
-    text += fmt::format("unit=um\nspacing={}\nloop=false\n", info.step_um);
-    const double top = info.type == SampleType::UInt16 ? info.max_value / info.value_per_count : info.max_value;
-    if (top > 0) text += fmt::format("min=0\nmax={}\n", top);
+    text += fmt::format("unit=um\nspacing={}\nloop=false\nmin={}\nmax={}\n", info.step_um, range.low, range.high);
     text += '\0';
-    if (text.size() % 2 != 0) text += '\0';  // what follows begins at an even place
     return text;
 }
 
-/// Where things lie in the file.
+/// Where things lie in the file: header and first directory, resolution, pixels, the directories of the other images
+/// (for readers that are not ImageJ), and at last what is known only when the pixels are: metadata and description.
 struct Layout {
-    std::uint32_t entries = 15;
-    std::uint32_t directory_bytes = 2 + 12 * entries + 4;
-    std::uint32_t description = kHeader + directory_bytes;
-    std::uint32_t resolution = 0, pixels = 0;
+    static constexpr std::uint32_t kEntries = 15;
+    static constexpr std::uint32_t kFirstEntries = kEntries + 2;
+    static constexpr std::uint32_t directory_bytes(std::uint32_t entries) { return 2 + 12 * entries + 4; }
+
+    std::uint32_t resolution = kHeader + directory_bytes(kFirstEntries);
+    std::uint32_t pixels = resolution + 8;
     std::uint32_t image_bytes = 0, images = 0;
+    std::uint32_t sizes = 0, metadata = 0, description = 0;
+    std::uint32_t size_count = 0, metadata_bytes = 0, description_bytes = 0;
 
-    Layout(const StackInfo& info, std::size_t description_bytes)
-        : resolution(description + static_cast<std::uint32_t>(description_bytes)),
-          pixels(resolution + 8),
-          image_bytes(static_cast<std::uint32_t>(info.pixels() * info.bytes_per_sample())),
-          images(static_cast<std::uint32_t>(info.channels.size()) * static_cast<std::uint32_t>(info.planes)) {}
+    Layout(const StackInfo& info, const ImageJMetadata& block, const std::string& text)
+        : image_bytes(static_cast<std::uint32_t>(info.pixels() * info.bytes_per_sample())),
+          images(static_cast<std::uint32_t>(info.channels.size()) * static_cast<std::uint32_t>(info.planes)),
+          sizes(directory(images)),
+          metadata(sizes + 4 * static_cast<std::uint32_t>(block.sizes.size())),
+          description(metadata + static_cast<std::uint32_t>(block.bytes.size() + block.bytes.size() % 2)),
+          size_count(static_cast<std::uint32_t>(block.sizes.size())),
+          metadata_bytes(static_cast<std::uint32_t>(block.bytes.size())),
+          description_bytes(static_cast<std::uint32_t>(text.size())) {}
 
-    /// Directories of the other images, for readers that are not ImageJ, follow the pixels.
+    std::uint32_t end_of_pixels() const { return pixels + images * image_bytes; }
+    /// Offsets are even.
     std::uint32_t directory(std::uint32_t image) const {
         if (image == 0) return kHeader;
-        const std::uint32_t end = pixels + images * image_bytes;
-        return end + end % 2 + (image - 1) * directory_bytes;
+        return end_of_pixels() + end_of_pixels() % 2 + (image - 1) * directory_bytes(kEntries);
     }
 };
 
-void put_directory(Bytes& out, const StackInfo& info, const Layout& at, std::uint32_t description_bytes,
-                   std::uint32_t image) {
+void put_directory(Bytes& out, const StackInfo& info, const Layout& at, std::uint32_t image) {
     constexpr std::uint32_t kUnsigned = 1;
     constexpr std::uint32_t kFloat = 3;
     const bool counts = info.type == SampleType::UInt16;
-    out.put16(at.entries);
+    out.put16(image == 0 ? Layout::kFirstEntries : Layout::kEntries);
     out.entry(kSubfile, kLong, 1, 0);
     out.entry(kWidth, kLong, 1, static_cast<std::uint32_t>(info.width));
     out.entry(kHeight, kLong, 1, static_cast<std::uint32_t>(info.height));
     out.entry(kBits, kShort, 1, counts ? 16 : 32);
     out.entry(kCompression, kShort, 1, 1);
     out.entry(kPhotometric, kShort, 1, 1);
-    out.entry(kDescription, kAscii, description_bytes, at.description);
+    out.entry(kDescription, kAscii, at.description_bytes, at.description);
     out.entry(kStripOffset, kLong, 1, at.pixels + image * at.image_bytes);
     out.entry(kSamples, kShort, 1, 1);
     out.entry(kRows, kLong, 1, static_cast<std::uint32_t>(info.height));
@@ -127,6 +135,10 @@ void put_directory(Bytes& out, const StackInfo& info, const Layout& at, std::uin
     out.entry(kYResolution, kRational, 1, at.resolution);
     out.entry(kResolutionUnit, kShort, 1, 1);
     out.entry(kSampleFormat, kShort, 1, counts ? kUnsigned : kFloat);
+    if (image == 0) {
+        out.entry(kMetadataSizes, kLong, at.size_count, at.sizes);
+        out.entry(kMetadata, kByte, at.metadata_bytes, at.metadata);
+    }
     out.put32(image + 1 < at.images ? at.directory(image + 1) : 0);
 }
 
@@ -140,12 +152,41 @@ void put_resolution(Bytes& out, double pixel_um) {
     out.put32(static_cast<std::uint32_t>(std::lround(std::clamp(pixels * pixel_um, 1.0, kMost))));
 }
 
-void write_pixels(std::ofstream& out, const StackInfo& info, const PlaneSource& source) {
+/// All up to the pixels.
+std::string head_of(const StackInfo& info, const Layout& at) {
+    Bytes head;
+    head.append("II");
+    head.put16(42);
+    head.put32(at.directory(0));
+    put_directory(head, info, at, 0);
+    put_resolution(head, info.pixel_um);
+    return head.text();
+}
+
+/// All behind them.
+std::string tail_of(const StackInfo& info, const Layout& at, const ImageJMetadata& metadata, const std::string& text) {
+    Bytes tail;
+    if (at.end_of_pixels() % 2 != 0) tail.append(std::string(1, '\0'));
+    for (std::uint32_t image = 1; image < at.images; ++image)
+        put_directory(tail, info, at, image);
+    for (const std::uint32_t size : metadata.sizes)
+        tail.put32(size);
+    tail.append(metadata.bytes);
+    if (metadata.bytes.size() % 2 != 0) tail.append(std::string(1, '\0'));
+    tail.append(text);
+    return tail.text();
+}
+
+/// Gives the range of values of each channel.
+std::vector<DisplayRange> write_pixels(std::ofstream& out, const StackInfo& info, const PlaneSource& source) {
+    const auto channels = static_cast<int>(info.channels.size());
+    DisplayRanges seen(info);
     std::vector<float> values(info.pixels());
     std::vector<std::uint16_t> counts(info.type == SampleType::UInt16 ? info.pixels() : 0);
     for (int plane = 0; plane < info.planes; ++plane) {
-        for (int channel = 0; channel < static_cast<int>(info.channels.size()); ++channel) {
+        for (int channel = 0; channel < channels; ++channel) {
             source(plane, channel, values);
+            seen.add(channel, values);
             const void* data = values.data();
             for (std::size_t i = 0; i < counts.size(); ++i)
                 counts[i] = to_count(values[i], info.value_per_count);
@@ -154,38 +195,44 @@ void write_pixels(std::ofstream& out, const StackInfo& info, const PlaneSource& 
                       static_cast<std::streamsize>(info.pixels() * info.bytes_per_sample()));
         }
     }
+    std::vector<DisplayRange> ranges;
+    for (int channel = 0; channel < channels; ++channel)
+        ranges.push_back(seen.range(channel));
+    return ranges;
+}
+
+/// More than the file needs beside its pixels.
+double bytes_beside_pixels(const StackInfo& info, const ImageJMetadata& metadata) {
+    const double images = static_cast<double>(info.channels.size()) * info.planes;
+    constexpr double kHeadAndDescription = 4096;
+    return images * Layout::directory_bytes(Layout::kEntries) + 4 * static_cast<double>(metadata.sizes.size()) +
+           static_cast<double>(metadata.bytes.size()) + kHeadAndDescription;
 }
 
 }  // namespace
 
 void save_imagej_tiff(const fs::path& path, const StackInfo& info, const PlaneSource& source) {
-    const std::string description = description_of(info);
-    constexpr double kBesidePixels = 8192;
-    const double images = static_cast<double>(info.channels.size()) * info.planes;
-    if (info.bytes() + images * 256 + kBesidePixels > kMostBytes) {
+    // Of the same size as the one that is written.
+    const ImageJMetadata sketch = imagej_metadata(info, std::vector<DisplayRange>(info.channels.size()));
+    if (info.bytes() + bytes_beside_pixels(info, sketch) > kMostBytes) {
         throw OutputError(
             fmt::format("{}: plain ImageJ reads no TIFF over 4 GB, and this one would have {:.1f} GB: "
                         "write an .ome.tif, or --type uint16",
                         path.string(), info.bytes() / 1e9));
     }
-    const Layout at(info, description.size());
-    const auto description_bytes = static_cast<std::uint32_t>(description.size());
-    Bytes head;
-    head.append("II");
-    head.put16(42);
-    head.put32(at.directory(0));
-    put_directory(head, info, at, description_bytes, 0);
-    head.append(description);
-    put_resolution(head, info.pixel_um);
-    Bytes tail;
-    if ((at.pixels + at.images * at.image_bytes) % 2 != 0) tail.append(std::string(1, '\0'));
-    for (std::uint32_t image = 1; image < at.images; ++image)
-        put_directory(tail, info, at, description_bytes, image);
     write_atomically(path, [&](const fs::path& temporary) {
         std::ofstream out(temporary, std::ios::binary);
-        out.write(head.text().data(), static_cast<std::streamsize>(head.text().size()));
-        write_pixels(out, info, source);
-        out.write(tail.text().data(), static_cast<std::streamsize>(tail.text().size()));
+        const auto write = [&](const std::string& bytes) {
+            out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        };
+        write(head_of(info, Layout(info, sketch, {})));
+        const std::vector<DisplayRange> ranges = write_pixels(out, info, source);
+        const ImageJMetadata metadata = imagej_metadata(info, ranges);
+        const std::string text = description_of(info, ranges.front());
+        const Layout layout(info, metadata, text);
+        write(tail_of(info, layout, metadata, text));
+        out.seekp(0);
+        write(head_of(info, layout));
         out.close();
         if (!out) throw OutputError(fmt::format("{}: could not be written: {}", path.string(), std::strerror(errno)));
     });

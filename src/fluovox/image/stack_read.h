@@ -26,6 +26,7 @@ StackInfo checked_stack_info(const std::string& json, const std::filesystem::pat
 
 /// Names what is read, for messages about anything else.
 inline constexpr const char* kStacksRead =
-    "an OME-TIFF, an OME-Zarr folder or planes of .exr, as fluovox render writes a scene with a [stack]";
+    "an OME-TIFF, an ImageJ TIFF, an OME-Zarr folder or planes of .exr, as fluovox render writes a scene with a "
+    "[stack]";
 
 }  // namespace fluovox

@@ -1,6 +1,7 @@
 #include "fluovox/core/atomic_file.h"
 #include "fluovox/core/error.h"
 #include "fluovox/core/version.h"
+#include "fluovox/image/imagej_metadata.h"
 #include "fluovox/image/ome_xml.h"
 #include "fluovox/image/stack_file.h"
 #include "fluovox/image/stack_read.h"
@@ -108,13 +109,12 @@ public:
     explicit PageReader(const fs::path& path) : path_(path), file_(path, "rc") {
         const auto fail = [&](const std::string& why) { throw InputError(fmt::format("{}: {}", path.string(), why)); };
         if (!file_.is_open()) fail("is no TIFF file, or damaged");
-        const char* text = nullptr;
-        TIFFGetField(file_.get(), TIFFTAG_IMAGEDESCRIPTION, &text);  // NOLINT(*-vararg)
-        const std::string description = text == nullptr ? std::string() : text;
-        const std::string json = stack_json_in(description);
-        if (json.empty()) fail(std::string("says nothing of how it was rendered: what can be read is ") + kStacksRead);
-        info_ = checked_stack_info(json, path);
-        info_.scene_json = scene_json_in(description);
+        const ImageJInfo said = description();
+        if (said.stack_json.empty())
+            fail(std::string("says nothing of how it was rendered: what can be read is ") + kStacksRead);
+        info_ = checked_stack_info(said.stack_json, path);
+        info_.scene_json = said.scene_json;
+        if (!has_size()) fail("has another size than it was written with: another program has changed it");
         if (info_.type == SampleType::UInt16) counts_.resize(info_.pixels());
     }
 
@@ -140,6 +140,36 @@ public:
     }
 
 private:
+    /// What the file says of itself, as OME-XML or where ImageJ keeps such things.
+    ImageJInfo description() {
+        TIFF* tiff = file_.get();
+        const char* text = nullptr;
+        TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text);  // NOLINT(*-vararg): the library's interface
+        const std::string xml = text == nullptr ? std::string() : text;
+        if (!xml.starts_with("ImageJ=")) return {stack_json_in(xml), scene_json_in(xml)};
+        constexpr std::uint32_t kSizes = 50838;
+        constexpr std::uint32_t kMetadata = 50839;
+        std::uint32_t size_count = 0;
+        std::uint32_t byte_count = 0;
+        const std::uint32_t* sizes = nullptr;
+        const char* bytes = nullptr;
+        const bool there = TIFFGetField(tiff, kSizes, &size_count, &sizes) == 1 &&   // NOLINT(*-vararg)
+                           TIFFGetField(tiff, kMetadata, &byte_count, &bytes) == 1;  // NOLINT(*-vararg)
+        if (!there) return {};
+        return imagej_info_in({bytes, byte_count}, {sizes, size_count});
+    }
+
+    bool has_size() {
+        std::uint32_t width = 0;
+        std::uint32_t height = 0;
+        std::uint16_t bits = 0;
+        TIFFGetField(file_.get(), TIFFTAG_IMAGEWIDTH, &width);    // NOLINT(*-vararg)
+        TIFFGetField(file_.get(), TIFFTAG_IMAGELENGTH, &height);  // NOLINT(*-vararg)
+        TIFFGetField(file_.get(), TIFFTAG_BITSPERSAMPLE, &bits);  // NOLINT(*-vararg)
+        return width == static_cast<std::uint32_t>(info_.width) && height == static_cast<std::uint32_t>(info_.height) &&
+               bits == 8 * info_.bytes_per_sample();
+    }
+
     fs::path path_;
     TiffFile file_;
     StackInfo info_;

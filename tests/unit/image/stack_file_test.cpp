@@ -2,6 +2,7 @@
 
 #include "fluovox/core/error.h"
 #include "fluovox/image/apng.h"
+#include "fluovox/image/imagej_metadata.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -195,6 +197,77 @@ TEST_F(StackFileTest, AnOmeZarrThatAnotherProgramPackedIsRefusedNotMisread) {
     }
     std::ofstream(file) << ours;
     EXPECT_NO_THROW(StackFile(at("s.ome.zarr")));
+}
+
+TEST_F(StackFileTest, AnImageJHyperstackReadsBackWhateverItsScript) {
+    for (const SampleType type : {SampleType::Float32, SampleType::UInt16}) {
+        StackInfo written = large_stack(131, 71, 3);
+        written.title = "of µm, 細胞 and \xF0\x9F\x94\xAC";
+        written.scene_json = "{\n  \"title\": \"of µm\"\n}";
+        written.channels[1].name = "röt";
+        written.type = type;
+        written.value_per_count = 0.5;
+        save_imagej_tiff(at("s.tif"), written, fill);
+        StackFile file(at("s.tif"));
+        EXPECT_EQ(to_json(file.info()), to_json(written));
+        EXPECT_EQ(file.info().scene_json, written.scene_json);
+        std::vector<float> values(written.pixels());
+        for (const int page : {5, 0, 1, 2, 4, 3, 3}) {
+            file.read(page / 2, page % 2, values);
+            for (const std::size_t pixel : {std::size_t{0}, std::size_t{4999}, written.pixels() - 1}) {
+                const float value = value_of(page / 2, page % 2, pixel);
+                EXPECT_EQ(values[pixel], type == SampleType::Float32 ? value : 0.5F * std::round(value / 0.5F)) << page;
+            }
+        }
+        const auto size = fs::file_size(at("s.tif"));
+        for (std::uintmax_t left = 0; left < size; left += size / 23) {
+            fs::copy_file(at("s.tif"), at("cut.tif"), fs::copy_options::overwrite_existing);
+            fs::resize_file(at("cut.tif"), left);
+            EXPECT_THROW(StackFile(at("cut.tif")), InputError) << left;
+        }
+    }
+}
+
+TEST(DisplayRanges, LeaveAThousandthOfTheLitPixelsAboveAndDoNotLetThemDarkenTheRest) {
+    StackInfo info = large_stack(100, 100, 1);
+    DisplayRanges ranges(info);
+    std::vector<float> values(20000, 0.0F);
+    for (std::size_t i = 0; i < 10000; ++i)  // half of the pixels: 1 ... 2
+        values[i] = 1 + 1e-4F * static_cast<float>(i);
+    values[7] = 1e6F;
+    values[8] = std::numeric_limits<float>::infinity();
+    values[9] = std::numeric_limits<float>::quiet_NaN();
+    ranges.add(1, values);
+    EXPECT_EQ(ranges.range(1).low, 0);
+    EXPECT_NEAR(ranges.range(1).high, 2, 0.02);
+    EXPECT_EQ(ranges.range(0).low, 0) << "a channel that is dark";
+    EXPECT_EQ(ranges.range(0).high, 1);
+    ranges.add(0, std::vector<float>(100, 5.0F));
+    EXPECT_EQ(ranges.range(0).low, 0) << "one value alone is not black";
+    EXPECT_EQ(ranges.range(0).high, 5);
+    for (float& value : values)  // counts of a camera stand on an offset
+        value = std::isfinite(value) ? 100 + value : 100.0F;
+    DisplayRanges counts(info);
+    counts.add(0, values);
+    EXPECT_EQ(counts.range(0).low, 100);
+    EXPECT_NEAR(counts.range(0).high, 102, 0.8);
+}
+
+TEST(DisplayRanges, OfLabelsReachToTheLargestAndCountsAreInCounts) {
+    StackInfo info = large_stack(100, 100, 1);
+    info.type = SampleType::UInt16;
+    info.value_per_count = 0.25;
+    DisplayRanges counts(info);
+    counts.add(0, std::vector<float>{0, 1, 8});
+    EXPECT_EQ(counts.range(0).high, 32);
+    info.quantity = "labels";
+    info.value_per_count = 1;
+    DisplayRanges labels(info);
+    std::vector<float> values(100000, 1.0F);
+    values[5] = 40001;  // one voxel is an object too
+    labels.add(0, values);
+    EXPECT_EQ(labels.range(0).low, 0);
+    EXPECT_EQ(labels.range(0).high, 40001);
 }
 
 TEST_F(StackFileTest, PlainImageJGetsNoFileItCannotRead) {
