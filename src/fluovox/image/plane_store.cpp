@@ -11,6 +11,8 @@
 #include <cstring>
 #include <fstream>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 namespace fluovox {
 namespace {
@@ -19,6 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kHeader = 512;  // bytes of JSON and spaces before the values
 constexpr const char* kKeyFile = "stack.key";
+constexpr const char* kLockFile = "lock";
 
 // JSON has no number for what is not known: null.
 nlohmann::json json_of(std::optional<double> value) {
@@ -31,25 +34,51 @@ std::optional<double> number_in(const nlohmann::json& json, const char* key) {
     return value.get<double>();
 }
 
+/// Of two runs that shared a folder, each would take away what the other works with.
+FileLock make_and_lock(const fs::path& folder) {
+    std::error_code failure;
+    fs::create_directory(folder, failure);
+    if (!fs::is_directory(folder, failure)) {
+        require_writable(folder);
+        throw OutputError(fmt::format("{}: cannot be made a folder", folder.string()));
+    }
+    try {
+        if (std::optional<FileLock> lock = FileLock::take(folder / kLockFile)) return std::move(*lock);
+    } catch (const OutputError&) {
+        if (fs::is_directory(folder, failure)) throw;
+        return make_and_lock(folder);  // another run has ended and taken its folder away just now
+    }
+    throw OutputError(
+        fmt::format("{}: another run is at work on this stack: wait until it ends, stop it (what it has finished is "
+                    "kept), or choose another -o",
+                    folder.string()));
+}
+
+std::vector<fs::path> entries_but_lock(const fs::path& folder) {
+    std::vector<fs::path> entries;
+    std::error_code failure;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, failure)) {
+        if (entry.path().filename() != kLockFile) entries.push_back(entry.path());
+    }
+    return entries;
+}
+
 }  // namespace
 
 PlaneStore::PlaneStore(const fs::path& folder, const std::string& key, std::size_t values_per_plane, bool overwrite)
-    : folder_(folder), values_per_plane_(values_per_plane) {
+    : folder_(folder), lock_(make_and_lock(folder)), values_per_plane_(values_per_plane) {
     std::error_code failure;
     const fs::path key_file = folder / kKeyFile;
-    if (fs::exists(folder, failure)) {
-        if (fs::is_regular_file(key_file, failure) && load_text(key_file) == key) return;
-        if (!overwrite) {
-            throw UsageError(
-                fmt::format("{} holds planes of other work (another scene, seed, version or format): "
-                            "remove it, choose another -o, or add --overwrite",
-                            folder.string()));
-        }
-        fs::remove_all(folder, failure);
+    if (fs::is_regular_file(key_file, failure) && load_text(key_file) == key) return;
+    const std::vector<fs::path> others = entries_but_lock(folder);
+    if (!others.empty() && !overwrite) {
+        throw UsageError(
+            fmt::format("{} holds planes of other work (another scene, seed, version or format): "
+                        "remove it, choose another -o, or add --overwrite",
+                        folder.string()));
     }
-    require_writable(folder);
-    fs::create_directory(folder, failure);
-    if (failure) throw OutputError(fmt::format("{}: {}", folder.string(), failure.message()));
+    for (const fs::path& other : others)
+        fs::remove_all(other, failure);
     write_text_file(key_file, key);
 }
 

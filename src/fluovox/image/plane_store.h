@@ -1,5 +1,7 @@
 #pragma once
 
+#include "fluovox/core/file_lock.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -21,11 +23,11 @@ struct PlaneFigures {
 };
 
 /// A folder of finished planes beside the result they will become: what was done before work was stopped is kept
-/// there. Every file appears whole or not at all.
+/// there. Every file appears whole or not at all. It belongs to one run at a time.
 class PlaneStore {
 public:
     /// Opens or makes `folder`. `key` is the same for the same work. Throws UsageError where the folder holds planes of
-    /// other work, unless `overwrite`; OutputError where it cannot be written.
+    /// other work, unless `overwrite`; OutputError where it cannot be written, and while another run has it.
     PlaneStore(const std::filesystem::path& folder, const std::string& key, std::size_t values_per_plane,
                bool overwrite);
 
@@ -44,6 +46,7 @@ private:
     std::filesystem::path file_of(int plane) const;
 
     std::filesystem::path folder_;
+    FileLock lock_;
     std::size_t values_per_plane_;
 };
 

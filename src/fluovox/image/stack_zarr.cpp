@@ -269,6 +269,9 @@ void save_ome_zarr(const fs::path& path, const StackInfo& info, const PlaneSourc
     if (fs::exists(path)) fs::rename(path, old, failure);
     if (!failure) fs::rename(fresh, path, failure);
     if (failure) {
+        // Back in its place, unless another run has put its own there meanwhile.
+        if (fs::exists(old, ignored)) fs::rename(old, path, ignored);
+        if (fs::exists(path, ignored)) fs::remove_all(old, ignored);
         fs::remove_all(fresh, ignored);
         throw OutputError(path.string() + ": " + failure.message());
     }
