@@ -83,41 +83,42 @@ void PathTracer::convert_where_lit(const Stretch& path, const PathTask& task, st
     ++field_.counts().real_collisions;
 }
 
+// A point of the stretch where dye glows, drawn by how much.
+std::optional<PathTracer::GlowPoint> PathTracer::sample_source(const Stretch& path, const PathTask& task, Level& level,
+                                                               Rng& rng) {
+    const double t = level.sources.sample(rng.uniform());
+    const double own = level.sources.pdf(t);
+    if (!(own > 0) || !find_dye(path, t, level, rng)) return std::nullopt;
+    const Lanes seen = field_.transmittance(path.ray, level.spans, t, *task.optics, Loss::Extinction, rng) * path.beta;
+    return GlowPoint{t, own, (1 / own) * seen};
+}
+
 void PathTracer::convert_at_source(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
                                    PathRadiance& result) {
-    Level& here = level(depth);
-    const double t = here.sources.sample(rng.uniform());
-    const double own = here.sources.pdf(t);
-    if (!(own > 0) || !find_dye(path, t, here, rng)) return;
+    const auto point = sample_source(path, task, level(depth), rng);
+    if (!point) return;
     ++field_.counts().real_collisions;
-    const Lanes seen = field_.transmittance(path.ray, here.spans, t, *task.optics, Loss::Extinction, rng) * path.beta;
-    if (seen.max() <= 0) return;
-    excite_by_lights(path, t, (1 / own) * seen, depth, rng, result);
+    if (point->weight.max() > 0) excite_by_lights(path, *point, depth, rng, result);
 }
 
 // Conversion of light that was converted before.
 void PathTracer::convert_again(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
                                PathRadiance& result) {
-    Level& here = level(depth);
-    const double t = here.sources.sample(rng.uniform());
-    const double own = here.sources.pdf(t);
-    if (!(own > 0) || !find_dye(path, t, here, rng)) return;
-    const Lanes seen = field_.transmittance(path.ray, here.spans, t, *task.optics, Loss::Extinction, rng) * path.beta;
-    if (seen.max() <= 0) return;
-    excite_by_dyes(path, t, task, (1 / own) * seen, depth, rng, result);
+    const auto point = sample_source(path, task, level(depth), rng);
+    if (point && point->weight.max() > 0) excite_by_dyes(path, *point, task, depth, rng, result);
 }
 
-void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes& weight, std::size_t depth, Rng& rng,
+void PathTracer::excite_by_lights(const Stretch& path, const GlowPoint& point, std::size_t depth, Rng& rng,
                                   PathRadiance& result) {
     Level& here = level(depth);
     const auto excitation = illumination_->sample(here.weights, rng);
     if (!excitation) return;
     const PathOptics& optics = excitation_optics(*excitation, here);
-    const Vec3 position = path.ray.at(t_um);
-    const double own = here.sources.pdf(t_um);
+    const Vec3 position = path.ray.at(point.t_um);
+    const double own = point.density;
     double fluence = 0;
     for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
-        const double share = own / (own + lit_pdf(here, l, t_um));  // the rest is convert_where_lit's
+        const double share = own / (own + lit_pdf(here, l, point.t_um));  // the rest is convert_where_lit's
         fluence += share * direct_fluence(position, l, *excitation, optics, here, rng);
     }
     if (path.scatterings > 0 || has_far_lights_) {
@@ -136,7 +137,7 @@ void PathTracer::excite_by_lights(const Stretch& path, double t_um, const Lanes&
         trace({position, direction}, onward, depth + 1, rng, here.radiance);
         fluence += here.radiance.elastic[0] / onward.pdf_start_per_sr;
     }
-    add_glow((1 / excitation->probability) * weight, excitation->wavelength_nm, fluence, here, result);
+    add_glow((1 / excitation->probability) * point.weight, excitation->wavelength_nm, fluence, here, result);
 }
 
 // A wavelength in proportion to what the dyes here, by their weights, would take of each other's light.
@@ -168,8 +169,8 @@ Excitation PathTracer::excitation_by_dyes(const std::vector<double>& weights, Rn
 }
 
 // Light that another conversion made: a wavelength that some dye emits and one of those here absorbs.
-void PathTracer::excite_by_dyes(const Stretch& path, double t_um, const PathTask& task, const Lanes& weight,
-                                std::size_t depth, Rng& rng, PathRadiance& result) {
+void PathTracer::excite_by_dyes(const Stretch& path, const GlowPoint& point, const PathTask& task, std::size_t depth,
+                                Rng& rng, PathRadiance& result) {
     // A cascade without end goes on by roulette.
     constexpr double kGoOn = 0.7;
     double roulette = 1;
@@ -189,9 +190,9 @@ void PathTracer::excite_by_dyes(const Stretch& path, double t_um, const PathTask
     here.radiance.elastic = Lanes(1);
     here.radiance.by_dye.assign(scene_->dyes.size(), Lanes(1));
     const Vec3 direction = sample_isotropic(rng.uniform(), rng.uniform());
-    trace({path.ray.at(t_um), direction}, onward, depth + 1, rng, here.radiance);
+    trace({path.ray.at(point.t_um), direction}, onward, depth + 1, rng, here.radiance);
     const double fluence = kSphere_sr * here.radiance.converted()[0];
-    add_glow((roulette / excitation.probability) * weight, excitation.wavelength_nm, fluence, here, result);
+    add_glow((roulette / excitation.probability) * point.weight, excitation.wavelength_nm, fluence, here, result);
 }
 
 }  // namespace fluovox

@@ -17,6 +17,16 @@ double scattering_cosine(Vec3 to_light, Vec3 ray_direction) {
     return dot(to_light, ray_direction);
 }
 
+// Roulette: false when the path ends; else what it is worth makes up for those that did.
+bool survives(Lanes& beta, Rng& rng) {
+    constexpr double kFaint = 0.05;
+    const double worth = beta.max();
+    if (worth >= kFaint) return true;
+    if (rng.uniform() * kFaint >= worth) return false;
+    beta *= kFaint / worth;
+    return true;
+}
+
 }  // namespace
 
 Lanes PathRadiance::converted() const {
@@ -67,86 +77,113 @@ void PathTracer::estimate(const Ray& ray, const PathTask& task, Rng& rng, PathRa
 }
 
 void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result) {
-    if (task.optics->wavelengths.count() == 1 && (task.orders == 0 || scene_->dyes.empty())) {
-        if (!task.light_photons.empty()) result.elastic[0] += line_tracer_.radiance(ray, task, rng);
+    const int count = task.optics->wavelengths.count();
+    const bool wants_light = !task.light_photons.empty();
+    if (count == 1 && !converts(task)) {
+        if (wants_light) result.elastic[0] += line_tracer_.radiance(ray, task, rng);
         return;
     }
     Level& here = level(depth);
-    const PathOptics& optics = *task.optics;
-    const int count = optics.wavelengths.count();
-    const bool wants_light = !task.light_photons.empty();
-    const bool converts = task.orders > 0 && !scene_->dyes.empty();
-    if (converts) {
-        here.emission.clear();
-        here.brightness.clear();
-        for (std::size_t d = 0; d < scene_->dyes.size(); ++d) {
-            here.emission.push_back(scene_->dyes[d].emission_per_nm(optics.wavelengths.nm));
-            here.brightness.push_back(illumination_->strength(static_cast<int>(d)) * here.emission[d].sum());
-        }
-    }
+    if (converts(task)) weigh_dyes(*task.optics, here);
 
-    Stretch path;
+    Walk walk;
+    Stretch& path = walk.stretch;
     path.ray = ray;
     path.scatterings = task.scatterings;
     path.beta = path.density = Lanes(count, 1);
-    double pdf_per_sr = task.pdf_start_per_sr;
-    Drawn<Stretch> later;  // of the stretches to convert on, all but the first
-    Drawn<Stretch> any;    // of all of them
-
-    for (int vertex = 0;; ++vertex) {
+    path.pdf_per_sr = task.pdf_start_per_sr;
+    do {
         field_.gather(path.ray, here.spans);
-        const bool converts_here = converts && vertex == 0;
-        if (wants_light || converts_here) find_lit_sections(path.ray, converts_here ? nullptr : &task, here);
-        if (wants_light) add_rectangles(path, task, pdf_per_sr, here, rng, result);
+        find_lights(walk, task, here);
+        if (wants_light) add_rectangles(path, task, here, rng, result);
         if (wants_light && path.scatterings > 0) add_scattered_once(path, task, here, rng, result);
-        if (converts) {
-            here.sources.build(field_, here.brightness, path.ray, here.spans, optics);
-            const double weight = path.beta.mean() * here.sources.total();
-            if (vertex == 0) {
-                convert(path, task, depth, rng, result);
-            } else {
-                later.offer(path, weight, rng);
-            }
-            if (task.orders > 1) any.offer(path, weight, rng);
-        }
+        if (converts(task)) convert_along(walk, task, depth, rng, result);
+        walk.is_first = false;
+    } while (go_on(path, task, here, rng, result));
 
-        Lanes likeness;
-        const auto scattering = field_.sample_scattering(path.ray, here.spans, optics, rng, likeness);
-        // The density of vertices for the weight below is that before this stretch's own outcome.
-        const double density =
-            scattering && wants_light
-                ? (path.density * field_.scattering_density(path.ray, scattering->t_um, here.spans, optics)).mean()
-                : 0;
-        if (!optics.grey_scattering) {
-            path.density *= likeness;
-            const double mean_density = path.density.mean();
-            path.beta = (1 / mean_density) * (path.beta * likeness);
-            path.density *= 1 / mean_density;
-        }
+    if (revisit(walk.later, task, here)) convert(walk.later.item, task, depth, rng, result);
+    if (revisit(walk.any, task, here)) convert_again(walk.any.item, task, depth, rng, result);
+}
 
-        if (!scattering) {
-            if (wants_light) add_surround(path, task, here, rng, result);
-            break;
-        }
-        if (path.scatterings == 0) break;
-        path.beta *= field_.transmittance(path.ray, here.spans, scattering->t_um, optics, Loss::Absorption, rng);
-        if (path.scatterings != PathTask::kNoLimit) --path.scatterings;
-        if (wants_light) add_lights_at(path, *scattering, density, task, here, rng, result);
+bool PathTracer::converts(const PathTask& task) const {
+    return task.orders > 0 && !scene_->dyes.empty();
+}
 
-        constexpr double kFaint = 0.05;
-        const double worth = path.beta.max();
-        if (worth < kFaint) {
-            if (rng.uniform() * kFaint >= worth) break;
-            path.beta *= kFaint / worth;
-        }
-        const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(scattering->medium)].phase;
-        const double cosine = sample_phase_cosine(phase, rng.uniform());
-        pdf_per_sr = phase_per_sr(phase, cosine);
-        path.ray = {path.ray.at(scattering->t_um), turned(path.ray.direction, cosine, rng.uniform())};
+// Where a stretch is lit: by any light where dyes may take it up, else by those that shine at the wavelengths.
+void PathTracer::find_lights(const Walk& walk, const PathTask& task, Level& level) const {
+    if (walk.is_first && converts(task)) {
+        find_lit_sections(walk.stretch.ray, nullptr, level);
+    } else if (!task.light_photons.empty()) {
+        find_lit_sections(walk.stretch.ray, &task, level);
     }
+}
 
-    if (revisit(later, task, here)) convert(later.item, task, depth, rng, result);
-    if (revisit(any, task, here)) convert_again(any.item, task, depth, rng, result);
+// Converts on the first stretch; the others are drawn from when all are known.
+void PathTracer::convert_along(Walk& walk, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result) {
+    const Stretch& path = walk.stretch;
+    Level& here = level(depth);
+    here.sources.build(field_, here.brightness, path.ray, here.spans, *task.optics);
+    const double weight = path.beta.mean() * here.sources.total();
+    if (walk.is_first) {
+        convert(path, task, depth, rng, result);
+    } else {
+        walk.later.offer(path, weight, rng);
+    }
+    if (task.orders > 1) walk.any.offer(path, weight, rng);
+}
+
+// Notes what each dye emits at the wavelengths, and how bright that makes it.
+void PathTracer::weigh_dyes(const PathOptics& optics, Level& level) const {
+    level.emission.clear();
+    level.brightness.clear();
+    for (std::size_t d = 0; d < scene_->dyes.size(); ++d) {
+        level.emission.push_back(scene_->dyes[d].emission_per_nm(optics.wavelengths.nm));
+        level.brightness.push_back(illumination_->strength(static_cast<int>(d)) * level.emission[d].sum());
+    }
+}
+
+// From a stretch to the one behind its scattering; false where the path ends.
+bool PathTracer::go_on(Stretch& path, const PathTask& task, Level& level, Rng& rng, PathRadiance& result) {
+    const PathOptics& optics = *task.optics;
+    const bool wants_light = !task.light_photons.empty();
+    const auto vertex = next_vertex(path, task, level, rng);
+    if (!vertex) {
+        if (wants_light) add_surround(path, task, level, rng, result);
+        return false;
+    }
+    if (path.scatterings == 0) return false;
+    path.beta *= field_.transmittance(path.ray, level.spans, vertex->at.t_um, optics, Loss::Absorption, rng);
+    if (path.scatterings != PathTask::kNoLimit) --path.scatterings;
+    if (wants_light) add_lights_at(path, *vertex, task, level, rng, result);
+    if (!survives(path.beta, rng)) return false;
+
+    const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(vertex->at.medium)].phase;
+    const double cosine = sample_phase_cosine(phase, rng.uniform());
+    path.pdf_per_sr = phase_per_sr(phase, cosine);
+    path.ray = {path.ray.at(vertex->at.t_um), turned(path.ray.direction, cosine, rng.uniform())};
+    return true;
+}
+
+// Where the stretch is scattered, if it is; the worth of the path at each wavelength follows the outcome.
+std::optional<PathTracer::Vertex> PathTracer::next_vertex(Stretch& path, const PathTask& task, Level& level, Rng& rng) {
+    const PathOptics& optics = *task.optics;
+    Lanes likeness;
+    const auto scattering = field_.sample_scattering(path.ray, level.spans, optics, rng, likeness);
+    std::optional<Vertex> vertex;
+    if (scattering) {
+        vertex = {*scattering, 0};
+        // The density that lights are weighed by is that before this stretch's own outcome.
+        if (!task.light_photons.empty())
+            vertex->density =
+                (path.density * field_.scattering_density(path.ray, scattering->t_um, level.spans, optics)).mean();
+    }
+    if (!optics.grey_scattering) {
+        path.density *= likeness;
+        const double mean_density = path.density.mean();
+        path.beta = (1 / mean_density) * (path.beta * likeness);
+        path.density *= 1 / mean_density;
+    }
+    return vertex;
 }
 
 // Gets the level ready for the stretch that was drawn; false when there is none.
@@ -193,8 +230,9 @@ Lanes PathTracer::transmittance_to_light(Vec3 position, const LightSample& light
     return field_.transmittance(shadow, level.shadow_spans, light.distance_um, optics, Loss::Extinction, rng);
 }
 
-void PathTracer::add_rectangles(const Stretch& path, const PathTask& task, double pdf_per_sr, Level& level, Rng& rng,
+void PathTracer::add_rectangles(const Stretch& path, const PathTask& task, Level& level, Rng& rng,
                                 PathRadiance& result) {
+    const double pdf_per_sr = path.pdf_per_sr;
     for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
         const auto* rectangle = std::get_if<RectangleLight>(&scene_->lights[l].shape);
         if (rectangle == nullptr) continue;
@@ -242,17 +280,18 @@ void PathTracer::add_scattered_once(const Stretch& path, const PathTask& task, L
     result.elastic += (light->fluence_per_um2 / (own + other)) * (seen * scattered * task.light_photons[*chosen]);
 }
 
-void PathTracer::add_lights_at(const Stretch& path, const Scattering& scattering, double density, const PathTask& task,
-                               Level& level, Rng& rng, PathRadiance& result) {
-    const Vec3 position = path.ray.at(scattering.t_um);
-    const PhaseFunction& scatters = scene_->media[static_cast<std::size_t>(scattering.medium)].phase;
+void PathTracer::add_lights_at(const Stretch& path, const Vertex& vertex, const PathTask& task, Level& level, Rng& rng,
+                               PathRadiance& result) {
+    const Vec3 position = path.ray.at(vertex.at.t_um);
+    const PhaseFunction& scatters = scene_->media[static_cast<std::size_t>(vertex.at.medium)].phase;
     for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
         if (task.light_photons[l].max() <= 0) continue;
         const auto light = sample_light(scene_->lights[l], position, rng.uniform(), rng.uniform());
         if (!light) continue;
         const double phase = phase_per_sr(scatters, scattering_cosine(light->to_light, path.ray.direction));
-        const double weight = light->pdf_per_sr > 0 ? light->pdf_per_sr / (light->pdf_per_sr + phase)
-                                                    : density / (density + lit_pdf(level, l, scattering.t_um));
+        const double weight = light->pdf_per_sr > 0
+                                  ? light->pdf_per_sr / (light->pdf_per_sr + phase)
+                                  : vertex.density / (vertex.density + lit_pdf(level, l, vertex.at.t_um));
         const Lanes seen = transmittance_to_light(position, *light, *task.optics, level, rng) * path.beta;
         result.elastic += (weight * phase * light->fluence_per_um2) * (seen * task.light_photons[l]);
     }

@@ -82,9 +82,23 @@ private:
     // A ray of a path with what the path is worth at its origin.
     struct Stretch {
         Ray ray;
-        Lanes beta;           // contribution over the mean density of all wavelengths
-        Lanes density;        // each wavelength's own density over that mean
-        int scatterings = 0;  // still allowed
+        Lanes beta;             // contribution over the mean density of all wavelengths
+        Lanes density;          // each wavelength's own density over that mean
+        int scatterings = 0;    // still allowed
+        double pdf_per_sr = 0;  // of the ray's direction, where lights were also sampled; or 0
+    };
+
+    // Where a stretch is scattered, with the mean density of finding it there by the path's own ways.
+    struct Vertex {
+        Scattering at;
+        double density = 0;  // per um; only where light is looked for
+    };
+
+    // Where dye glows on a stretch, with what its glow is worth to the path.
+    struct GlowPoint {
+        double t_um = 0;
+        double density = 0;  // that it was drawn with, per um
+        Lanes weight;
     };
 
     // One of many, drawn in proportion to the weights they come with (Chao, Biometrika 69 (1982) 653).
@@ -102,18 +116,31 @@ private:
         }
     };
 
+    // A path on its way, and stretches of it to come back to.
+    struct Walk {
+        Stretch stretch;
+        bool is_first = true;
+        Drawn<Stretch> later;  // where lights excite: of all stretches but the first
+        Drawn<Stretch> any;    // where dyes excite: of all of them
+    };
+
     void trace(const Ray& ray, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
+    bool converts(const PathTask& task) const;
+    void find_lights(const Walk& walk, const PathTask& task, Level& level) const;
+    void convert_along(Walk& walk, const PathTask& task, std::size_t depth, Rng& rng, PathRadiance& result);
+    void weigh_dyes(const PathOptics& optics, Level& level) const;
+    bool go_on(Stretch& path, const PathTask& task, Level& level, Rng& rng, PathRadiance& result);
+    std::optional<Vertex> next_vertex(Stretch& path, const PathTask& task, Level& level, Rng& rng);
     bool revisit(Drawn<Stretch>& drawn, const PathTask& task, Level& level);
 
     void find_lit_sections(const Ray& ray, const PathTask* task, Level& level) const;
     static double lit_pdf(const Level& level, std::size_t light, double t_um);
     static std::optional<std::size_t> choose_lit_section(const Level& level, Rng& rng);
 
-    void add_rectangles(const Stretch& path, const PathTask& task, double pdf_per_sr, Level& level, Rng& rng,
-                        PathRadiance& result);
+    void add_rectangles(const Stretch& path, const PathTask& task, Level& level, Rng& rng, PathRadiance& result);
     void add_scattered_once(const Stretch& path, const PathTask& task, Level& level, Rng& rng, PathRadiance& result);
-    void add_lights_at(const Stretch& path, const Scattering& scattering, double density, const PathTask& task,
-                       Level& level, Rng& rng, PathRadiance& result);
+    void add_lights_at(const Stretch& path, const Vertex& vertex, const PathTask& task, Level& level, Rng& rng,
+                       PathRadiance& result);
     void add_surround(const Stretch& path, const PathTask& task, Level& level, Rng& rng, PathRadiance& result);
     Lanes transmittance_to_light(Vec3 position, const LightSample& light, const PathOptics& optics, Level& level,
                                  Rng& rng);
@@ -125,10 +152,11 @@ private:
                            PathRadiance& result);
     void convert_where_lit(const Stretch& path, const PathTask& task, std::size_t depth, Rng& rng,
                            PathRadiance& result);
-    void excite_by_lights(const Stretch& path, double t_um, const Lanes& weight, std::size_t depth, Rng& rng,
+    std::optional<GlowPoint> sample_source(const Stretch& path, const PathTask& task, Level& level, Rng& rng);
+    void excite_by_lights(const Stretch& path, const GlowPoint& point, std::size_t depth, Rng& rng,
                           PathRadiance& result);
-    void excite_by_dyes(const Stretch& path, double t_um, const PathTask& task, const Lanes& weight, std::size_t depth,
-                        Rng& rng, PathRadiance& result);
+    void excite_by_dyes(const Stretch& path, const GlowPoint& point, const PathTask& task, std::size_t depth, Rng& rng,
+                        PathRadiance& result);
     Excitation excitation_by_dyes(const std::vector<double>& weights, Rng& rng) const;
     bool find_dye(const Stretch& path, double t_um, Level& level, Rng& rng);
     double direct_fluence(Vec3 position, std::size_t light, const Excitation& excitation, const PathOptics& optics,
