@@ -49,7 +49,7 @@ public:
                 const auto medium = static_cast<std::size_t>(media[static_cast<std::size_t>(share.field)]);
                 return tapped_dye_uM(*scene_, medium, place, voxel_rng_);
             };
-            (*tallies_)[l].add_flight(flight.ray, flight.length_um, flight.weight, extinction, shares_[l], uM,
+            (*tallies_)[l].add_flight({flight.ray, flight.length_um, flight.weight, extinction}, shares_[l], uM,
                                       voxel_rng_);
         }
     }

@@ -79,7 +79,7 @@ public:
         if (!voxels_->empty()) flight_in_voxels(flight, zone);
     }
     void absorbed(const Photon& /*photon*/, int medium, double weight) {
-        add(layout_.absorbed(static_cast<std::size_t>(medium)), weight);
+        add(BudgetLayout::absorbed(static_cast<std::size_t>(medium)), weight);
     }
     void absorbed(const Photon& photon, int medium, double weight, Vec3 position) {
         absorbed(photon, medium, weight);
@@ -174,7 +174,7 @@ private:
             if (absorption > 0) shares_.push_back({kAbsorbed + medium, absorption * relative_energy_});
         }
         for (VoxelTally& voxels : *voxels_)
-            voxels.add_flight(flight.ray, flight.length_um, flight.weight, zone.absorption, shares_, voxel_rng_);
+            voxels.add_flight({flight.ray, flight.length_um, flight.weight, zone.absorption}, shares_, voxel_rng_);
     }
 
     const Scene* scene_;

@@ -32,12 +32,13 @@ inline Escape escape_of(const Photon& photon) {
     return specular ? Escape::Specular : Escape::Ballistic;
 }
 
-/// A straight stretch on which constant media absorb evenly.
+/// A straight stretch on which constant media absorb evenly, or a point.
 struct Flight {
     Ray ray;               ///< from its beginning
     double length_um = 0;  ///< may be infinite
     double weight = 0;     ///< at its beginning
     double lost = 0;       ///< of the weight, along it
+    double absorption_per_um = 0;
 };
 
 /// Limits that keep a run bounded; what they cost is counted as cut.

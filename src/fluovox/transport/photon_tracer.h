@@ -88,7 +88,6 @@ private:
     struct Conversion {
         double total = 0;
         Flight flight{};
-        double absorption = 0;  // along the flight, per um; 0: at its beginning
         int dye = -1;
         Inside inside = 0;
         std::int64_t scatterings = 0;
@@ -96,9 +95,9 @@ private:
 
     // Tentative collisions with the medium of a grid along a ray.
     struct GridEvents {
-        int medium;
-        double rate_per_bound;
-        double least_rate;
+        int medium = -1;
+        double rate_per_bound = 0;
+        double least_rate = 0;
         MajorantWalk walk;
         MajorantWalk::Segment segment;
         double rate = 0;  // on the segment, per um
@@ -119,9 +118,6 @@ private:
             t = kFar;
         }
     };
-
-    // What ends a flight.
-    enum class Event { Boundary, Scattering, Grid };
 
     void trace(Photon& photon, Rng& rng, Sink& sink) {
         int idle = 0;  // surfaces met in a row without scattering or absorption
@@ -148,15 +144,14 @@ private:
     // To the next scattering (true) or surface (false), whatever lies between.
     bool fly(Photon& photon, const Zone& zone, Rng& rng, Sink& sink) {
         const PhotonSpace::Crossing crossing = space_->next_crossing(photon.ray, photon.inside);
-        if constexpr (requires { sink.surveys(photon); }) {
-            if (sink.surveys(photon)) survey(photon, zone, crossing.t_um, rng, sink);
-        }
-        double scatter_t = zone.scattering > 0 ? rng.exponential() / zone.scattering : kFar;
-        if (!grids_.empty()) start_grids(photon.ray, std::min(crossing.t_um, scatter_t), rng);
+        survey_if_wanted(photon, zone, crossing.t_um, rng, sink);
+        const double scatter_t = zone.scattering > 0 ? rng.exponential() / zone.scattering : kFar;
+        start_grids(photon.ray, std::min(crossing.t_um, scatter_t), rng);
         double t = 0;
         for (;;) {
             GridEvents* grid = nearest_grid();
-            const double end = std::min({crossing.t_um, scatter_t, grid == nullptr ? kFar : grid->t});
+            const double collision = grid == nullptr ? kFar : grid->t;
+            const double end = std::min({crossing.t_um, scatter_t, collision});
             if (end == kFar && !(zone.absorption > 0)) {
                 leave(photon, zone, t, sink);
                 return false;
@@ -164,7 +159,7 @@ private:
             absorb_along(photon, zone, t, end, rng, sink);
             t = end;
             if (photon.weight == 0) return false;
-            if (grid != nullptr && end == grid->t) {
+            if (grid != nullptr && end == collision) {
                 if (!collide(photon, *grid, t, rng, sink)) continue;
                 if (photon.weight > 0) scatter(photon, grid->medium, t, rng, sink);
                 return true;
@@ -178,6 +173,12 @@ private:
         }
     }
 
+    void survey_if_wanted(const Photon& photon, const Zone& zone, double length_um, Rng& rng, Sink& sink) {
+        if constexpr (requires { sink.surveys(photon); }) {
+            if (sink.surveys(photon)) survey(photon, zone, length_um, rng, sink);
+        }
+    }
+
     // Scattering only thins out what goes on: less noise than what some flights reach and others do not. Where little
     // is left it is played out, or the walk would be long in dense media.
     void survey(const Photon& photon, const Zone& zone, double length_um, Rng& rng, Sink& sink) {
@@ -186,7 +187,7 @@ private:
         const double extinction = zone.scattering + zone.absorption;
         const double faded = extinction > 0 ? kDepth / extinction : kFar;
         const double last = length_um > faded ? std::min(length_um, faded + rng.exponential() / extinction) : length_um;
-        if (!grids_.empty()) start_grids(photon.ray, last, rng);
+        start_grids(photon.ray, last, rng);
         double weight = photon.weight;
         double t = 0;
         for (;;) {
@@ -221,7 +222,8 @@ private:
             const double least = optics.absorption > 0 && !limits_.minor_conversions ? 0.25 / voxel : 0;
             // Coarse bounds do where little happens; but those extra collisions must not fill empty space.
             const double rate = limits_.majorant_factor * most;
-            const MajorantWalk walk(grid, ray, {0, end}, least > 0 ? kFar : rate);
+            const MajorantWalk walk =
+                least > 0 ? MajorantWalk(grid, ray, {0, end}) : MajorantWalk(grid, ray, {0, end}, rate);
             GridEvents& events = events_.emplace_back(GridEvents{medium, rate, least, walk, {}, 0, 0});
             events.advance(rng);
         }
@@ -236,7 +238,7 @@ private:
     }
 
     void absorb_along(Photon& photon, const Zone& zone, double from, double to, Rng& rng, Sink& sink) {
-        Flight flight{{photon.ray.at(from), photon.ray.direction}, to - from, photon.weight, 0};
+        Flight flight{{photon.ray.at(from), photon.ray.direction}, to - from, photon.weight, 0, zone.absorption};
         if (zone.absorption > 0) {
             const bool all = flight.length_um == kFar;
             flight.lost = all ? photon.weight : photon.weight * absorbed_share(zone.absorption * flight.length_um);
@@ -250,13 +252,12 @@ private:
             if (!(absorption > 0)) continue;
             const double share = zone.media.size() == 1 ? lost : lost * absorption / zone.absorption;
             sink.absorbed(photon, medium, share);
-            convert(photon, medium, share, flight, zone.absorption, rng, sink);
+            convert(photon, medium, share, flight, rng, sink);
         }
     }
 
     // A dye that absorbed `weight` gives its yield back, here or elsewhere.
-    void convert(const Photon& photon, int medium, double weight, const Flight& flight, double absorption, Rng& rng,
-                 Sink& sink) {
+    void convert(const Photon& photon, int medium, double weight, const Flight& flight, Rng& rng, Sink& sink) {
         const int dye = scene_->media[static_cast<std::size_t>(medium)].dye;
         if (dye < 0) return;
         const double back = weight * scene_->dyes[static_cast<std::size_t>(dye)].quantum_yield;
@@ -266,7 +267,6 @@ private:
         conversion_.total += back;
         if (rng.uniform() * conversion_.total >= back) return;
         conversion_.flight = flight;
-        conversion_.absorption = absorption;
         conversion_.dye = dye;
         conversion_.inside = photon.inside;
         conversion_.scatterings = photon.scatterings + photon.earlier_scatterings;
@@ -275,9 +275,10 @@ private:
     Photon reemitted(int order, Rng& rng) const {
         const Conversion& c = conversion_;
         double t = 0;
-        if (c.absorption > 0) {
-            const double all = -std::expm1(-c.absorption * c.flight.length_um);
-            t = std::min(-std::log1p(-rng.uniform() * all) / c.absorption, c.flight.length_um);
+        const double absorption = c.flight.absorption_per_um;
+        if (absorption > 0) {
+            const double all = -std::expm1(-absorption * c.flight.length_um);
+            t = std::min(-std::log1p(-rng.uniform() * all) / absorption, c.flight.length_um);
         }
         Photon photon;
         photon.ray.origin = c.flight.ray.at(t);
@@ -311,7 +312,7 @@ private:
             const double lost = photon.weight * absorbed;
             photon.weight = absorbed == 1 ? 0 : photon.weight - lost;
             sink.absorbed(photon, events.medium, lost, point.ray.origin);
-            convert(photon, events.medium, lost, point, 0, rng, sink);
+            convert(photon, events.medium, lost, point, rng, sink);
             if (photon.weight == 0) return true;
         }
         const double scattering = optics.scattering * value;

@@ -65,32 +65,54 @@ Interval inside(const CellBox& box, const Ray& ray, Interval span) {
     return span;
 }
 
-/// Calls `visit` for each cell along a span inside the box, in order. Amanatides & Woo, Eurographics 1987.
+/// A ray on its way from cell to cell. Amanatides & Woo, Eurographics 1987.
+class CellSteps {
+public:
+    /// In the cell of `box` that holds the ray's point at `begin`.
+    CellSteps(const CellBox& box, const Ray& ray, double begin) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            const double d = ray.direction[axis];
+            const int from = static_cast<int>(std::floor((ray.origin[axis] + begin * d) / box.size));
+            cell_[a] = std::clamp(from, box.first[a], box.first[a] + box.count[a] - 1);
+            if (d == 0) continue;
+            step_[a] = d > 0 ? 1 : -1;
+            delta_[a] = box.size / std::abs(d);
+            next_[a] = ((cell_[a] + (d > 0 ? 1 : 0)) * box.size - ray.origin[axis]) / d;
+        }
+    }
+
+    const std::array<int, 3>& cell() const { return cell_; }
+    /// Axis across which the ray leaves the cell, and where.
+    std::size_t axis() const {
+        if (next_[0] < next_[1]) return next_[0] < next_[2] ? 0 : 2;
+        return next_[1] < next_[2] ? 1 : 2;
+    }
+    double end(std::size_t axis) const { return next_[axis]; }
+    void cross(std::size_t axis) {
+        cell_[axis] += step_[axis];
+        next_[axis] += delta_[axis];
+    }
+
+private:
+    std::array<int, 3> cell_{}, step_{};
+    std::array<double, 3> next_{kFar, kFar, kFar}, delta_{kFar, kFar, kFar};
+};
+
+/// Calls `visit` for each cell along a span inside the box, in order.
 template <class Visit>
 void march(const CellBox& box, const Ray& ray, Interval span, const Visit& visit) {
-    std::array<int, 3> cell{};
-    std::array<int, 3> step{};
-    std::array<double, 3> next{};
-    std::array<double, 3> delta{};
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        const double d = ray.direction[axis];
-        const int from = static_cast<int>(std::floor((ray.origin[axis] + span.begin * d) / box.size));
-        cell[a] = std::clamp(from, box.first[a], box.first[a] + box.count[a] - 1);
-        step[a] = d > 0 ? 1 : -1;
-        delta[a] = d == 0 ? kFar : box.size / std::abs(d);
-        next[a] = d == 0 ? kFar : ((cell[a] + (d > 0 ? 1 : 0)) * box.size - ray.origin[axis]) / d;
-    }
+    CellSteps steps(box, ray, span.begin);
     double t = span.begin;
     while (t < span.end) {
-        const std::size_t axis = next[0] < next[1] ? (next[0] < next[2] ? 0U : 2U) : (next[1] < next[2] ? 1U : 2U);
-        const double end = std::max(t, std::min(next[axis], span.end));
-        visit(cell, {t, end});
+        const std::size_t axis = steps.axis();
+        const double end = std::max(t, std::min(steps.end(axis), span.end));
+        visit(steps.cell(), {t, end});
         t = end;
-        cell[axis] += step[axis];
-        next[axis] += delta[axis];
+        steps.cross(axis);
         // Rounding at a face may leave a last sliver outside.
-        if (cell[axis] < box.first[axis] || cell[axis] >= box.first[axis] + box.count[axis]) return;
+        const int cell = steps.cell()[axis];
+        if (cell < box.first[axis] || cell >= box.first[axis] + box.count[axis]) return;
     }
 }
 
@@ -170,11 +192,14 @@ std::size_t VoxelTally::bytes() const {
 }
 
 VoxelTally::VoxelTally(VoxelLattice lattice, int fields, double photons)
-    : lattice_(std::move(lattice)), index_from_world_(lattice_.world_from_index.inverse()), fields_(fields) {
-    volume_ = lattice_.voxel_volume_um3();
-    size_ = std::cbrt(volume_);
-    // Room for every photon to pass each voxel 256 times.
-    units_ = 0x1p62 / (256 * std::max(1.0, photons)) / size_;
+    : lattice_(std::move(lattice)),
+      index_from_world_(lattice_.world_from_index.inverse()),
+      volume_(lattice_.voxel_volume_um3()),
+      // Room for every photon to pass each voxel 256 times.
+      units_(0x1p62 / (256 * std::max(1.0, photons)) / std::cbrt(volume_)),
+      fields_(fields),
+      per_field_(lattice_.bricks.size() * kVoxels),
+      sums_(per_field_ * static_cast<std::size_t>(fields)) {
     Voxel last{std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
     first_ = {std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
     for (const Voxel& v : lattice_.bricks) {
@@ -188,18 +213,21 @@ VoxelTally::VoxelTally(VoxelLattice lattice, int fields, double photons)
         -1);
     for (std::size_t i = 0; i < lattice_.bricks.size(); ++i) {
         const Voxel& v = lattice_.bricks[i];
-        brick_[(static_cast<std::size_t>((v.x >> 3) - first_.x) * static_cast<std::size_t>(count_.y) +
-                static_cast<std::size_t>((v.y >> 3) - first_.y)) *
-                   static_cast<std::size_t>(count_.z) +
-               static_cast<std::size_t>((v.z >> 3) - first_.z)] = static_cast<std::int32_t>(i);
+        brick_[place((v.x >> 3) - first_.x, (v.y >> 3) - first_.y, (v.z >> 3) - first_.z)] =
+            static_cast<std::int32_t>(i);
     }
-    per_field_ = lattice_.bricks.size() * kVoxels;
-    sums_ = std::make_unique<std::atomic<std::int64_t>[]>(per_field_ * static_cast<std::size_t>(fields_));
+}
+
+// Of a brick in `brick_`, by its place in the box of bricks.
+std::size_t VoxelTally::place(int x, int y, int z) const {
+    return (static_cast<std::size_t>(x) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(count_.z) +
+           static_cast<std::size_t>(z);
 }
 
 void VoxelTally::clear() {
-    for (std::size_t i = 0; i < per_field_ * static_cast<std::size_t>(fields_); ++i)
-        sums_[i].store(0, std::memory_order_relaxed);
+    for (auto& sum : sums_)
+        sum.store(0, std::memory_order_relaxed);
 }
 
 std::int64_t VoxelTally::slot(int x, int y, int z) const {
@@ -207,10 +235,7 @@ std::int64_t VoxelTally::slot(int x, int y, int z) const {
     const int j = (y >> 3) - first_.y;
     const int k = (z >> 3) - first_.z;
     if (i < 0 || j < 0 || k < 0 || i >= count_.x || j >= count_.y || k >= count_.z) return -1;
-    const std::int32_t brick =
-        brick_[(static_cast<std::size_t>(i) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(j)) *
-                   static_cast<std::size_t>(count_.z) +
-               static_cast<std::size_t>(k)];
+    const std::int32_t brick = brick_[place(i, j, k)];
     if (brick < 0) return -1;
     return std::int64_t{brick} * static_cast<std::int64_t>(kVoxels) + ((x & 7) << 6 | (y & 7) << 3 | (z & 7));
 }
@@ -252,13 +277,13 @@ void VoxelTally::walk(const Ray& ray, double length_um, const Function& visit) c
 // Calls `add(slot, integral, stretch, share)` with the integral of the weight over what lies in each voxel, of which
 // `share` is absorbed.
 template <class AddShares>
-void VoxelTally::add_stretches(const Ray& ray, double length_um, double weight, double absorption,
-                               const AddShares& add) {
-    double here = weight;
+void VoxelTally::add_stretches(const FadingFlight& flight, const AddShares& add) {
+    const double absorption = flight.absorption_per_um;
+    double here = flight.weight;
     double before = 0;  // where `here` holds
-    walk(ray, length_um, [&](std::size_t brick, int in_brick, Interval stretch) {
+    walk(flight.ray, flight.length_um, [&](std::size_t brick, int in_brick, Interval stretch) {
         // From voxel to voxel the exponential is made from its factors; over a gap it is taken anew.
-        if (absorption > 0 && stretch.begin != before) here = weight * std::exp(-absorption * stretch.begin);
+        if (absorption > 0 && stretch.begin != before) here = flight.weight * std::exp(-absorption * stretch.begin);
         before = stretch.end;
         const double share = absorbed_share(absorption * stretch.length());
         const double lost = here * share;
@@ -268,27 +293,26 @@ void VoxelTally::add_stretches(const Ray& ray, double length_um, double weight, 
     });
 }
 
-void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
-                            const std::vector<Share>& shares, Rng& rng) {
-    add_stretches(ray, length_um, weight, absorption, [&](std::int64_t slot, double integral, Interval, double) {
+void VoxelTally::add_flight(const FadingFlight& flight, const std::vector<Share>& shares, Rng& rng) {
+    add_stretches(flight, [&](std::int64_t slot, double integral, Interval, double) {
         for (const Share& share : shares)
             add(slot, share.field, share.factor * integral, rng);
     });
 }
 
-void VoxelTally::add_flight(const Ray& ray, double length_um, double weight, double absorption,
-                            const std::vector<Share>& shares, const FactorAt& at, Rng& rng) {
-    add_stretches(
-        ray, length_um, weight, absorption, [&](std::int64_t slot, double integral, Interval stretch, double lost) {
-            // More of the weight is at the beginning.
-            const double u = rng.uniform();
-            const double along = absorption > 0 ? depth_of_share(u * lost) / absorption : u * stretch.length();
-            const Vec3 place = ray.at(stretch.begin + along);
-            for (const Share& share : shares) {
-                const double factor = share.factor * at(share, place);
-                if (factor > 0) add(slot, share.field, factor * integral, rng);
-            }
-        });
+void VoxelTally::add_flight(const FadingFlight& flight, const std::vector<Share>& shares, const FactorAt& at,
+                            Rng& rng) {
+    const double absorption = flight.absorption_per_um;
+    add_stretches(flight, [&](std::int64_t slot, double integral, Interval stretch, double lost) {
+        // More of the weight is at the beginning.
+        const double u = rng.uniform();
+        const double along = absorption > 0 ? depth_of_share(u * lost) / absorption : u * stretch.length();
+        const Vec3 place = flight.ray.at(stretch.begin + along);
+        for (const Share& share : shares) {
+            const double factor = share.factor * at(share, place);
+            if (factor > 0) add(slot, share.field, factor * integral, rng);
+        }
+    });
 }
 
 void VoxelTally::for_each_voxel(const Ray& ray, double length_um, const Visit& visit) const {

@@ -11,7 +11,6 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <vector>
 
 namespace fluovox {
@@ -57,14 +56,20 @@ public:
         double factor = 0;
     };
 
-    /// A flight of `length_um` (may be infinite) on which the weight falls from `weight` as exp(-absorption t).
-    void add_flight(const Ray& ray, double length_um, double weight, double absorption,
-                    const std::vector<Share>& shares, Rng& rng);
+    /// A flight on which the weight falls as exp(-absorption t).
+    struct FadingFlight {
+        Ray ray;
+        double length_um = 0;  ///< may be infinite
+        double weight = 0;     ///< at its beginning
+        double absorption_per_um = 0;
+    };
+
+    /// Adds to every field of `shares` in each voxel that is flown through.
+    void add_flight(const FadingFlight& flight, const std::vector<Share>& shares, Rng& rng);
     /// The same with factors that vary in space: `at(share, position)` is one more, asked in each voxel at a place of
     /// the flight that is drawn in proportion to the weight.
     using FactorAt = std::function<double(const Share&, Vec3)>;
-    void add_flight(const Ray& ray, double length_um, double weight, double absorption,
-                    const std::vector<Share>& shares, const FactorAt& at, Rng& rng);
+    void add_flight(const FadingFlight& flight, const std::vector<Share>& shares, const FactorAt& at, Rng& rng);
     /// Something that happened at one place.
     void add_point(Vec3 position_um, int field, double amount, Rng& rng);
 
@@ -85,21 +90,22 @@ public:
 
 private:
     template <class AddShares>
-    void add_stretches(const Ray& ray, double length_um, double weight, double absorption, const AddShares& add);
+    void add_stretches(const FadingFlight& flight, const AddShares& add);
     template <class Function>
     void walk(const Ray& ray, double length_um, const Function& visit) const;
+    std::size_t place(int x, int y, int z) const;
     std::int64_t slot(int x, int y, int z) const;
     void add(std::int64_t slot, int field, double amount, Rng& rng);
 
     VoxelLattice lattice_;
     Affine index_from_world_;
-    double volume_ = 0, size_ = 0;
-    double units_ = 0;  // of fixed point in one voxel size of path
+    double volume_ = 0;  // of a voxel
+    double units_ = 0;   // of fixed point in one voxel size of path
     int fields_ = 0;
     Voxel first_, count_;              // box of bricks
     std::vector<std::int32_t> brick_;  // in that box; -1: left out
     std::size_t per_field_ = 0;
-    std::unique_ptr<std::atomic<std::int64_t>[]> sums_;  // NOLINT(*-avoid-c-arrays): atomics cannot be moved
+    std::vector<std::atomic<std::int64_t>> sums_;
 };
 
 }  // namespace fluovox
