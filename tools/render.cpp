@@ -1,7 +1,6 @@
 #include "fluovox/transport/render.h"
 
 #include "fluovox/core/atomic_file.h"
-#include "fluovox/core/memory.h"
 #include "fluovox/core/progress.h"
 #include "fluovox/image/exr.h"
 #include "fluovox/image/preview.h"
@@ -11,12 +10,10 @@
 #include "fluovox/transport/darkness.h"
 
 #include "commands.h"
-#include "json_or_null.h"
+#include "render_report.h"
 #include "render_stack.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
-#include <tbb/global_control.h>
 
 #include <chrono>
 #include <cstdio>
@@ -87,7 +84,9 @@ Provenance provenance_of(const Scene& scene) {
     return provenance;
 }
 
-ExitCode run_render(const std::vector<std::string>& arguments) {
+namespace {
+
+CommandLine render_command_line() {
     CommandLine line("fluovox render SCENE.toml -o OUT.exr|OUT.ome.tif|OUT.ome.zarr [options]", kExamples);
     auto add = line.options().add_options();
     add("scene", po::value<std::string>()->value_name("SCENE.toml"), "the scene file (also without the option's name)");
@@ -101,32 +100,76 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
         "slower; the same image within its noise (fluovox diff). For the estimator path");
     add_stack_options(line);
     line.positional("scene", 1);
-    if (!line.parse(arguments)) return ExitCode::Ok;
+    return line;
+}
+
+/// Where the image goes, or the stack, and as what.
+struct RenderOutput {
+    fs::path path;
+    StackFormat format = StackFormat::Exr;
+};
+
+RenderOutput output_of(const CommandLine& line) {
     if (line.values().count("scene") == 0) line.fail("which scene?");
     if (line.values().count("output") == 0) line.fail("where to? -o OUT.exr");
-    const fs::path output = line.values()["output"].as<std::string>();
-    const std::optional<StackFormat> format = stack_format(line, output);
+    const fs::path path = line.values()["output"].as<std::string>();
+    const std::optional<StackFormat> format = stack_format(line, path);
     if (!format) line.fail("the image is an OpenEXR file: -o OUT.exr; a stack also .ome.tif or .ome.zarr");
+    return {path, *format};
+}
 
-    const auto begin = std::chrono::steady_clock::now();
+Scene load_scene(const CommandLine& line, const RenderOutput& output) {
     SceneDescription description = load_scene_description(line.values()["scene"].as<std::string>(), overrides(line));
-    if (!description.stack && format != StackFormat::Exr)
-        line.fail("the image is an OpenEXR file: -o OUT.exr (only scenes with [stack] make stacks)");
     if (!description.stack) {
+        if (output.format != StackFormat::Exr)
+            line.fail("the image is an OpenEXR file: -o OUT.exr (only scenes with [stack] make stacks)");
         require_no_stack_options(line);
-        require_writable(output);
+        require_writable(output.path);
     }
     choose_tracking(line, description);
-    const Scene scene = build_scene(std::move(description));
+    Scene scene = build_scene(std::move(description));
     require_tracking(line, scene);
     for (const std::string& remark : scene.description.remarks)
         warn(line.common(), remark);
     for (const std::string& warning : scene.warnings)
         warn(line.common(), warning);
     note_estimator(line.common(), scene);
-    if (scene.description.stack) return render_stack(line, scene, output, *format);
+    return scene;
+}
 
-    RenderResult result = [&] {
+void warn_of_darkness(const CommonOptions& common, const Scene& scene, const Film& film) {
+    const bool converts = !scene.dyes.empty() && scene.description.render.fluorescence_orders != 0;
+    if (!is_dark(film, converts ? kFluorescenceLayer : kTotalLayer)) return;
+    warn(common, converts ? "the image has no fluorescence" : "the image is black");
+    for (const std::string& reason : reasons_for_darkness(scene))
+        warn(common, reason);
+}
+
+RunFigures figures_of(const RenderedImage& image, const Film& film) {
+    RunFigures figures;
+    figures.samples = image.provenance.samples;
+    figures.estimator = image.provenance.estimator;
+    figures.nan_count = image.nan_count;
+    figures.bound_violations = image.bound_violations;
+    const int layer = image.display_layer();
+    const RelativeErrors errors = relative_errors(film, layer, BrightestOf::AllPixels);
+    figures.error = errors.all;
+    figures.bright_error = errors.brightest;
+    figures.has_light = !is_dark(film, image.layers[static_cast<std::size_t>(layer)].c_str());
+    return figures;
+}
+
+}  // namespace
+
+ExitCode run_render(const std::vector<std::string>& arguments) {
+    CommandLine line = render_command_line();
+    if (!line.parse(arguments)) return ExitCode::Ok;
+    const RenderOutput output = output_of(line);
+    const auto begin = std::chrono::steady_clock::now();
+    const Scene scene = load_scene(line, output);
+    if (scene.description.stack) return render_stack(line, scene, output.path, output.format);
+
+    const RenderResult result = [&] {
         const auto progress = make_progress(line.common());
         return render(scene, *progress);
     }();
@@ -134,53 +177,23 @@ ExitCode run_render(const std::vector<std::string>& arguments) {
         fmt::print(stderr, "fluovox: stopped; nothing was written\n");
         return ExitCode::Stopped;
     }
+    const FilmSpec& film = scene.description.film;
     const Provenance provenance = provenance_of(scene);
-    save_exr(output, result.film, scene.description.film, provenance);
-    const fs::path preview = fs::path(output).replace_extension(".png");
-    save_preview(preview, make_preview(result.film, scene.description.film));
+    save_exr(output.path, result.film, film, provenance);
+    ImageReport report;
+    report.output = output.path;
+    report.preview = fs::path(output.path).replace_extension(".png");
+    save_preview(report.preview, make_preview(result.film, film));
 
-    const RenderedImage image = make_image(result.film, scene.description.film, provenance);
-    const bool converts = !scene.dyes.empty() && scene.description.render.fluorescence_orders != 0;
-    if (is_dark(result.film, converts ? kFluorescenceLayer : kTotalLayer)) {
-        warn(line.common(), converts ? "the image has no fluorescence" : "the image is black");
-        for (const std::string& reason : reasons_for_darkness(scene))
-            warn(line.common(), reason);
-    }
-    if (image.nan_count > 0)
-        warn(line.common(), fmt::format("{} samples were not finite and count as zero", image.nan_count));
-    if (image.bound_violations > 0)
-        warn(line.common(), fmt::format("{} bounds were exceeded: the image is biased", image.bound_violations));
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const RelativeErrors error = relative_errors(result.film, image.display_layer(), BrightestOf::AllPixels);
-    const bool has_light = !is_dark(result.film, image.layers[static_cast<std::size_t>(image.display_layer())].c_str());
-    if (line.common().json) {
-        const nlohmann::ordered_json json = {
-            {"outputs", {output.string(), preview.string()}},
-            {"seconds", seconds},
-            {"samples", provenance.samples},
-            {"threads", tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)},
-            {"estimator", provenance.estimator},
-            {"nan_count", image.nan_count},
-            {"bound_violations", image.bound_violations},
-            {"median_relative_error", json_or_null(error.all)},
-            {"bright_relative_error", json_or_null(error.brightest)},
-            {"real_collisions", result.counts.real_collisions},
-            {"null_collisions", result.counts.null_collisions},
-            {"shadow_collisions", result.counts.shadow_collisions},
-            {"grid_lookups", result.counts.grid_lookups},
-            {"peak_memory_bytes", peak_resident_bytes()},
-        };
-        fmt::print("{}\n", json.dump(2));
-    } else {
-        fmt::print("{}\n{}\n", output.string(), preview.string());
-        if (!line.common().quiet) {
-            fmt::print(stderr,
-                       "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {}, {} "
-                       "in the brightest tenth\n",
-                       image.width, image.height, provenance.samples, provenance.estimator, seconds,
-                       relative_error_text(error.all, has_light), relative_error_text(error.brightest, has_light));
-        }
-    }
+    const RenderedImage image = make_image(result.film, film, provenance);
+    report.width = image.width;
+    report.height = image.height;
+    report.counts = result.counts;
+    report.figures = figures_of(image, result.film);
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    warn_of_darkness(line.common(), scene, result.film);
+    warn_of_samples(line.common(), report.figures, "the image is");
+    print_image_report(line.common(), report);
     return ExitCode::Ok;
 }
 

@@ -27,7 +27,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -37,20 +36,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kFrame_ms = 120;
-
-bool ends_with(const std::string& text, std::string_view end) {
-    return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-/// `stack.ome.tif` as `stack` and `.ome.tif`.
-std::pair<std::string, std::string> split_name(const fs::path& path) {
-    const std::string name = path.filename().string();
-    for (const std::string_view end : {".ome.tif", ".ome.tiff", ".ome.zarr", ".tif", ".tiff", ".zarr", ".exr"}) {
-        if (name.size() > end.size() && ends_with(name, end))
-            return {name.substr(0, name.size() - end.size()), std::string(end)};
-    }
-    return {path.stem().string(), path.extension().string()};
-}
 
 /// One stack to be made: what it is, where its planes wait, what it is called.
 class StackJob {
@@ -86,7 +71,7 @@ private:
     std::map<std::string, std::vector<fs::path>> parts(int view) const;
 
     fs::path beside(int view, const std::string& end) const;
-    fs::path view_path(int view) const { return beside(view, split_name(output_).second); }
+    fs::path view_path(int view) const { return beside(view, split_stack_name(output_).second); }
     fs::path plane_path(int view, int plane) const { return beside(view, exr_plane_ending(plane)); }
     fs::path folder() const { return fs::path(output_.string() + ".planes"); }
 
@@ -177,7 +162,7 @@ std::string StackJob::work_key() const {
 }
 
 fs::path StackJob::beside(int view, const std::string& end) const {
-    std::string name = split_name(output_).first;
+    std::string name = split_stack_name(output_).first;
     if (views() > 1) {
         const double degrees = stack_.views.angles_rad[static_cast<std::size_t>(view)] * 57.29577951308232;
         const bool whole = std::abs(degrees - std::round(degrees)) < 1e-6;
@@ -321,7 +306,7 @@ PlaneSource StackJob::source(const PlaneStore& store, int view) const {
 void StackJob::write_stack(const PlaneStore& store, const fs::path& path, const StackInfo& info,
                            const PlaneSource& source, const std::optional<StackLabels>& labels) {
     // Written among the planes first: what a killed run leaves half done goes with them.
-    const fs::path fresh = store.folder() / ("result" + split_name(path).second);
+    const fs::path fresh = store.folder() / ("result" + split_stack_name(path).second);
     std::error_code failure;
     fs::remove_all(fresh, failure);
     if (format_ == StackFormat::OmeTiff || format_ == StackFormat::Exr) save_ome_tiff(fresh, info, source);
@@ -334,13 +319,13 @@ void StackJob::write_stack(const PlaneStore& store, const fs::path& path, const 
 }
 
 fs::path StackJob::truth_path(int view, const std::string& kind) const {
-    return beside(view, "-" + kind + (format_ == StackFormat::Exr ? ".ome.tif" : split_name(output_).second));
+    return beside(view, "-" + kind + (format_ == StackFormat::Exr ? ".ome.tif" : split_stack_name(output_).second));
 }
 
 // Labels of a Zarr stack are inside it; everything else is a stack of its own beside the first.
 void StackJob::write_truth(const PlaneStore& store, const StackInfo& stack, int view, const GroundTruth& truth) {
     if (wants("labels") && format_ != StackFormat::OmeZarr) {
-        write_stack(store, truth_path(view, "labels"), truth.labels_info(stack),
+        write_stack(store, truth_path(view, "labels"), GroundTruth::labels_info(stack),
                     [&](int plane, int /*channel*/, std::span<float> values) { truth.labels(plane, values); });
     }
     if (wants("concentration")) {

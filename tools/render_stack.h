@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace fluovox::tools {
 
@@ -32,6 +33,9 @@ void require_no_stack_options(const CommandLine& line);
 
 /// `--truth labels,photons` as a set; "all" stands for every kind.
 std::set<std::string> read_truth(const CommandLine& line);
+
+/// `stack.ome.tif` as `stack` and `.ome.tif`.
+std::pair<std::string, std::string> split_stack_name(const std::filesystem::path& path);
 
 /// Programs that read the format.
 const char* how_to_open(StackFormat format);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <sstream>
 #include <vector>
 
@@ -29,13 +30,32 @@ void add_stack_options(CommandLine& line) {
 
 namespace {
 
+struct FormatFacts {
+    StackFormat format;
+    const char* name;    ///< as `--format` has it
+    const char* ending;  ///< the usual one
+    const char* open_with;
+};
+
+constexpr std::array<FormatFacts, 4> kFormats = {{
+    {StackFormat::OmeTiff, "ome-tiff", ".ome.tif",
+     "Fiji: Plugins > Bio-Formats > Importer, or napari; plain ImageJ: run again with --format imagej"},
+    {StackFormat::ImageJ, "imagej", ".tif", "ImageJ or Fiji: File > Open"},
+    {StackFormat::OmeZarr, "ome-zarr", ".ome.zarr",
+     "napari (with napari-ome-zarr), Fiji: File > Import > HDF5/N5/Zarr/OME-NGFF"},
+    {StackFormat::Exr, "exr", ".exr", "any viewer of OpenEXR files; fluovox spectrum"},
+}};
+
+const FormatFacts& facts_of(StackFormat format) {
+    return *std::find_if(kFormats.begin(), kFormats.end(), [&](const auto& facts) { return facts.format == format; });
+}
+
 std::optional<StackFormat> format_named(const CommandLine& line) {
     if (line.values().count("format") == 0) return std::nullopt;
     const std::string name = line.values()["format"].as<std::string>();
-    if (name == "ome-tiff") return StackFormat::OmeTiff;
-    if (name == "imagej") return StackFormat::ImageJ;
-    if (name == "ome-zarr") return StackFormat::OmeZarr;
-    if (name == "exr") return StackFormat::Exr;
+    for (const FormatFacts& facts : kFormats) {
+        if (name == facts.name) return facts.format;
+    }
     line.fail("--format is ome-tiff, imagej, ome-zarr or exr, not \"" + name + '"');
 }
 
@@ -52,6 +72,7 @@ const std::vector<Ending>& endings() {
         {".ome.tiff", {StackFormat::OmeTiff}},
         {".tif", {StackFormat::OmeTiff, StackFormat::ImageJ}},
         {".tiff", {StackFormat::OmeTiff, StackFormat::ImageJ}},
+        {".ome.zarr", {StackFormat::OmeZarr}},
         {".zarr", {StackFormat::OmeZarr}},
         {".exr", {StackFormat::Exr}},
         {".png", {}},
@@ -60,21 +81,9 @@ const std::vector<Ending>& endings() {
     return kEndings;
 }
 
-bool ends_with(const std::string& text, const std::string& end) {
-    return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-const char* usual_ending(StackFormat format) {
-    switch (format) {
-        case StackFormat::OmeTiff:
-            return ".ome.tif";
-        case StackFormat::ImageJ:
-            return ".tif";
-        case StackFormat::OmeZarr:
-            return ".ome.zarr";
-        default:
-            return ".exr";
-    }
+/// Whether a name is more than this ending of it.
+bool ends_with(const std::string& name, const std::string& end) {
+    return name.size() > end.size() && name.ends_with(end);
 }
 
 }  // namespace
@@ -87,7 +96,7 @@ std::optional<StackFormat> stack_format(const CommandLine& line, const fs::path&
         if (!named) return ending.formats.empty() ? std::nullopt : std::optional(ending.formats.front());
         if (std::find(ending.formats.begin(), ending.formats.end(), *named) == ending.formats.end()) {
             line.fail(fmt::format("--format {} contradicts -o {}: end its name in {}, or leave --format out",
-                                  line.values()["format"].as<std::string>(), output.string(), usual_ending(*named)));
+                                  line.values()["format"].as<std::string>(), output.string(), facts_of(*named).ending));
         }
         break;
     }
@@ -119,17 +128,18 @@ std::set<std::string> read_truth(const CommandLine& line) {
     return wanted;
 }
 
-const char* how_to_open(StackFormat format) {
-    switch (format) {
-        case StackFormat::OmeTiff:
-            return "Fiji: Plugins > Bio-Formats > Importer, or napari; plain ImageJ: run again with --format imagej";
-        case StackFormat::ImageJ:
-            return "ImageJ or Fiji: File > Open";
-        case StackFormat::OmeZarr:
-            return "napari (with napari-ome-zarr), Fiji: File > Import > HDF5/N5/Zarr/OME-NGFF";
-        default:
-            return "any viewer of OpenEXR files; fluovox spectrum";
+std::pair<std::string, std::string> split_stack_name(const fs::path& path) {
+    const std::string name = path.filename().string();
+    for (const Ending& ending : endings()) {
+        if (ending.formats.empty() || !ends_with(name, ending.text)) continue;
+        const std::string end = ending.text;
+        return {name.substr(0, name.size() - end.size()), end};
     }
+    return {path.stem().string(), path.extension().string()};
+}
+
+const char* how_to_open(StackFormat format) {
+    return facts_of(format).open_with;
 }
 
 }  // namespace fluovox::tools

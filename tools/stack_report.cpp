@@ -6,11 +6,11 @@
 #include "fluovox/transport/darkness.h"
 
 #include "json_or_null.h"
+#include "render_report.h"
 #include "render_stack.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -27,27 +27,21 @@ std::optional<double> median(std::vector<double> values) {
 }
 
 /// All planes taken together.
-struct Summary {
-    std::int64_t nan_count = 0, bound_violations = 0;
-    std::optional<double> error, bright_error;
-    bool has_light = false;
-    int dark = 0;
-
-    explicit Summary(const std::vector<PlaneFigures>& planes) {
-        std::vector<double> errors;
-        std::vector<double> bright;
-        for (const PlaneFigures& plane : planes) {
-            nan_count += plane.nan_count;
-            bound_violations += plane.bound_violations;
-            has_light = has_light || plane.max_value > 0;
-            dark += plane.is_dark ? 1 : 0;
-            if (plane.median_relative_error) errors.push_back(*plane.median_relative_error);
-            if (plane.bright_relative_error) bright.push_back(*plane.bright_relative_error);
-        }
-        error = median(std::move(errors));
-        bright_error = median(std::move(bright));
+RunFigures figures_of(const std::vector<PlaneFigures>& planes) {
+    RunFigures run;
+    std::vector<double> errors;
+    std::vector<double> bright;
+    for (const PlaneFigures& plane : planes) {
+        run.nan_count += plane.nan_count;
+        run.bound_violations += plane.bound_violations;
+        run.has_light = run.has_light || plane.max_value > 0;
+        if (plane.median_relative_error) errors.push_back(*plane.median_relative_error);
+        if (plane.bright_relative_error) bright.push_back(*plane.bright_relative_error);
     }
-};
+    run.error = median(std::move(errors));
+    run.bright_error = median(std::move(bright));
+    return run;
+}
 
 Json planes_json(const Scene& scene, const std::vector<PlaneFigures>& planes) {
     const StackDescription& stack = *scene.description.stack;
@@ -68,42 +62,32 @@ Json planes_json(const Scene& scene, const std::vector<PlaneFigures>& planes) {
 }  // namespace
 
 void warn_of_planes(const CommandLine& line, const Scene& scene, const std::vector<PlaneFigures>& planes) {
-    const Summary summary(planes);
-    if (summary.dark == static_cast<int>(planes.size())) {
+    const auto dark = std::count_if(planes.begin(), planes.end(), [](const auto& plane) { return plane.is_dark; });
+    if (dark == static_cast<std::ptrdiff_t>(planes.size())) {
         warn(line.common(), "every plane is black");
         for (const std::string& reason :
              reasons_for_darkness(scene_at(scene, 0, plane_count(*scene.description.stack) / 2)))
             warn(line.common(), reason);
-    } else if (summary.dark > 0) {
-        warn(line.common(), fmt::format("{} of {} planes are black", summary.dark, planes.size()));
+    } else if (dark > 0) {
+        warn(line.common(), fmt::format("{} of {} planes are black", dark, planes.size()));
     }
-    if (summary.nan_count > 0)
-        warn(line.common(), fmt::format("{} samples were not finite and count as zero", summary.nan_count));
-    if (summary.bound_violations > 0)
-        warn(line.common(), fmt::format("{} bounds were exceeded: the images are biased", summary.bound_violations));
+    warn_of_samples(line.common(), figures_of(planes), "the images are");
 }
 
 void print_stack_report(const CommandLine& line, const Scene& scene, const StackReport& report) {
-    const Summary summary(report.planes);
     const SceneDescription& description = scene.description;
+    RunFigures figures = figures_of(report.planes);
+    figures.samples = description.render.samples;
+    figures.estimator = report.estimator;
     std::vector<std::string> names;
     for (const std::filesystem::path& path : report.outputs)
         names.push_back(path.string());
     if (line.common().json) {
-        const Json json = {
-            {"outputs", names},
-            {"finished_before", !report.seconds},
-            {"seconds", json_or_null(report.seconds)},
-            {"samples", description.render.samples},
-            {"threads", tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)},
-            {"estimator", report.estimator},
-            {"nan_count", summary.nan_count},
-            {"bound_violations", summary.bound_violations},
-            {"median_relative_error", json_or_null(summary.error)},
-            {"bright_relative_error", json_or_null(summary.bright_error)},
-            {"planes", planes_json(scene, report.planes)},
-            {"peak_memory_bytes", peak_resident_bytes()},
-        };
+        Json json = {
+            {"outputs", names}, {"finished_before", !report.seconds}, {"seconds", json_or_null(report.seconds)}};
+        add_figures(json, figures);
+        json["planes"] = planes_json(scene, report.planes);
+        json["peak_memory_bytes"] = peak_resident_bytes();
         fmt::print("{}\n", json.dump(2));
         return;
     }
@@ -118,8 +102,8 @@ void print_stack_report(const CommandLine& line, const Scene& scene, const Stack
                    "error {}, in the brightest tenth {}\n",
                    report.planes.size(), description.camera.width, description.camera.height,
                    description.film.channels.size(), description.render.samples, report.estimator, *report.seconds,
-                   relative_error_text(summary.error, summary.has_light),
-                   relative_error_text(summary.bright_error, summary.has_light));
+                   relative_error_text(figures.error, figures.has_light),
+                   relative_error_text(figures.bright_error, figures.has_light));
     }
     fmt::print(stderr, "Open with {}\n", how_to_open(report.format));
 }

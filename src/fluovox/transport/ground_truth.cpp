@@ -96,13 +96,10 @@ GroundTruth::Lattice GroundTruth::lattice(int plane) const {
     const Vec3 axis = normalized(camera.target - camera.position);
     const Vec3 right = normalized(cross(axis, camera.up));
     const Vec3 up = cross(right, axis);
-    const double height_um = camera.kind == Camera::Kind::Telecentric
-                                 ? camera.field_um
-                                 : 2 * camera.focus_um * std::tan(0.5 * camera.fov_rad);
-    const double pixel_um = height_um / camera.height;
+    const double pixel = pixel_um(camera);
     Lattice lattice;
-    lattice.across = pixel_um * right;
-    lattice.down = -pixel_um * up;
+    lattice.across = pixel * right;
+    lattice.down = -pixel * up;
     lattice.through = next.position - camera.position;
     lattice.corner = camera.position + camera.focus_um * axis - (0.5 * camera.width) * lattice.across -
                      (0.5 * camera.height) * lattice.down;
@@ -128,7 +125,7 @@ int GroundTruth::label_at(Vec3 position_um) const {
     return found;
 }
 
-StackInfo GroundTruth::labels_info(const StackInfo& stack) const {
+StackInfo GroundTruth::labels_info(const StackInfo& stack) {
     StackInfo info = derived(stack, "labels", "");
     info.channels = {channel_named("labels")};
     info.type = SampleType::UInt16;

@@ -20,7 +20,7 @@ public:
     /// One channel: which object the middle of a voxel is in, 0 for none. Where the file of a dye's grid has a grid
     /// "labels" its numbers hold; otherwise each dye medium is one object, numbered in the order of the scene from 1,
     /// and reaches to half of its grid's largest value.
-    StackInfo labels_info(const StackInfo& stack) const;
+    static StackInfo labels_info(const StackInfo& stack);
     void labels(int plane, std::span<float> values) const;
 
     /// One channel for each dye: its mean concentration in a voxel, umol/L.
