@@ -24,7 +24,10 @@ CapField::Cube CapField::make_cube(const Vec3& corner, double side) const {
     const Vec3 center = corner + 0.5 * Vec3{side, side, side};
     cube.smooth = !caps_.any_within(center, half_diagonal + side);
     for (std::size_t i = 0; i < cube.values.size() && cube.smooth; ++i) {
-        const Vec3 step = {static_cast<double>(i / 9), static_cast<double>(i / 3 % 3), static_cast<double>(i % 3)};
+        const std::size_t x = i / 9;
+        const std::size_t y = i / 3 % 3;
+        const std::size_t z = i % 3;
+        const Vec3 step = {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
         cube.values[i] = caps_(corner + (side / 2) * step);
     }
     return cube;

@@ -29,7 +29,7 @@ struct EdgeUse {
 template <class Value>
 struct UnsetAllocator : std::allocator<Value> {
     template <class Other>
-    struct rebind {
+    struct rebind {  // NOLINT(readability-identifier-naming): the standard's name
         using other = UnsetAllocator<Other>;
     };
     template <class Other, class... Arguments>

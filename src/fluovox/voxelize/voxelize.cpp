@@ -2,17 +2,14 @@
 
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
+#include "fluovox/voxelize/block_lattice.h"
 #include "fluovox/voxelize/capsule_merge.h"
 #include "fluovox/voxelize/capsule_tile.h"
 #include "fluovox/voxelize/chunks.h"
 #include "fluovox/voxelize/clip.h"
-#include "fluovox/voxelize/flood.h"
+#include "fluovox/voxelize/grid_filler.h"
 #include "fluovox/voxelize/tile_bins.h"
 #include "fluovox/voxelize/voxel_tile.h"
-
-#include <fmt/format.h>
-#include <openvdb/tools/Prune.h>
-#include <tbb/parallel_pipeline.h>
 
 #include <algorithm>
 #include <array>
@@ -21,33 +18,6 @@
 
 namespace fluovox {
 namespace {
-
-using Leaf = openvdb::FloatTree::LeafNodeType;
-
-/// The lattice of a grid and the part of it that is filled.
-struct Lattice {
-    double voxel_um = 0;
-    std::array<std::int32_t, 3> corner{};  ///< voxel with the lowest indices; a multiple of the block's side
-    std::array<std::int32_t, 3> blocks{};  ///< along each axis
-};
-
-Lattice make_lattice(const Bounds& bounds, double voxel_um) {
-    Lattice lattice;
-    lattice.voxel_um = voxel_um;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double low = std::floor(bounds.min[axis] / voxel_um / kBlockSide);
-        const double high = std::floor(bounds.max[axis] / voxel_um / kBlockSide) + 1;
-        constexpr double kFarthest = 1 << 27;  // in blocks; the tree's indices have 32 bits
-        if (!(std::abs(low) < kFarthest && std::abs(high) < kFarthest)) {
-            throw InputError(fmt::format("the mesh reaches to {:g} um, too far from the origin for voxels of {:g} um",
-                                         std::max(std::abs(bounds.min[axis]), std::abs(bounds.max[axis])), voxel_um));
-        }
-        const auto index = static_cast<std::size_t>(axis);
-        lattice.corner[index] = kBlockSide * static_cast<std::int32_t>(low);
-        lattice.blocks[index] = static_cast<std::int32_t>(high - low);
-    }
-    return lattice;
-}
 
 /// Adds a cap triangle in pieces with edges no longer than `longest`, so that the hierarchy over them has compact
 /// groups and knows where the cap is near.
@@ -76,14 +46,7 @@ void add_in_pieces(Mesh& caps, const std::array<Vec3, 3>& corners, double longes
     }
 }
 
-Vec3 to_voxels(const Vec3& position_um, const Lattice& lattice) {
-    Vec3 placed;
-    for (int axis = 0; axis < 3; ++axis)
-        placed[axis] = position_um[axis] / lattice.voxel_um - lattice.corner[static_cast<std::size_t>(axis)];
-    return placed;
-}
-
-VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const Lattice& lattice, InsideRule rule) {
+VoxelSurface to_voxels(const std::vector<SolidMesh>& solids, const BlockLattice& lattice, InsideRule rule) {
     VoxelSurface surface;
     Mesh open_caps;
     constexpr double kPiecesAlongBox = 128;
@@ -144,35 +107,29 @@ Mesh offset_surface(const SolidMesh& solid, double distance) {
     return mesh;
 }
 
-constexpr double kLeafBytes = 2300;
-
-/// Blocks that a piece of surface crosses: about 1.5 for each block's face of area, and all along it when it is thin.
-double blocks_of_surface(double area, double longest, double side) {
-    return 1.5 * area / (side * side) + std::max(0.0, 2 * longest / side - 1);
-}
-
-double blocks_of_box(const Bounds& bounds, double side) {
-    double blocks = 1;
-    for (int axis = 0; axis < 3; ++axis)
-        blocks *= std::floor(bounds.size()[axis] / side) + 2;
-    return blocks;
-}
-
 /// Where a triangle lies along z within `low <= y <= high`; empty (min > max) when it doesn't.
 std::pair<double, double> triangle_span(const Mesh& mesh, std::uint32_t number, double low, double high) {
-    Polygon polygon;
+    Polygon triangle;
     for (const std::uint32_t vertex : mesh.triangles[number])
-        polygon.add(mesh.vertices[vertex]);
-    Polygon below;
-    Polygon above;
-    split(polygon, 1, low, below, above);
-    if (above.size == 0) return {1, 0};
-    split(above, 1, high, below, polygon);
-    if (below.size == 0) return {1, 0};
-    return {below.low(2), below.high(2)};
+        triangle.add(mesh.vertices[vertex]);
+    Polygon beside;
+    Polygon from_low;
+    split(triangle, 1, low, beside, from_low);
+    if (from_low.size == 0) return {1, 0};
+    Polygon within;
+    split(from_low, 1, high, within, beside);
+    if (within.size == 0) return {1, 0};
+    return {within.low(2), within.high(2)};
 }
 
-/// The same for a capsule, from above.
+TileBins bins_of(const Mesh& mesh, const BlockLattice& lattice) {
+    return {static_cast<std::uint32_t>(mesh.triangles.size()),
+            [&](std::uint32_t number) { return triangle_box(mesh, number); },
+            [&](std::uint32_t number, double low, double high) { return triangle_span(mesh, number, low, high); },
+            lattice.blocks[2]};
+}
+
+/// As `triangle_span` for a capsule, from above.
 std::pair<double, double> capsule_span(const Capsule& capsule, double low, double high) {
     const double radius = std::max(capsule.from_radius, capsule.to_radius);
     const double dy = capsule.to.y - capsule.from.y;
@@ -189,240 +146,6 @@ std::pair<double, double> capsule_span(const Capsule& capsule, double low, doubl
     return {std::min(za, zb) - radius, std::max(za, zb) + radius};
 }
 
-class GridFiller {
-public:
-    GridFiller(const Lattice& lattice, const VoxelizeSettings& settings)
-        : lattice_(lattice), settings_(settings), grid_(openvdb::FloatGrid::create(0.0F)), tree_(grid_->tree()) {
-        using openvdb::math::Transform;
-        grid_->setTransform(Transform::createLinearTransform(settings.voxel_size_um));
-        grid_->transform().postTranslate(openvdb::Vec3d(settings.voxel_size_um / 2));
-        grid_->setGridClass(openvdb::GRID_FOG_VOLUME);
-    }
-
-    /// Leaves of one tile, made by any thread.
-    std::vector<Leaf*> make_leaves(const TileTask& task, const TileResult& result) const {
-        std::vector<Leaf*> leaves;
-        leaves.reserve(result.blocks.size());
-        for (const auto& block : result.blocks) {
-            auto* const leaf = new Leaf(origin(block.x, task), 0.0F, false);  // NOLINT: the tree takes it
-            const BlockValues& values = result.values[block.values];
-            // What rounding leaves beside a surface is no voxel of it; a speck far smaller than a voxel is.
-            constexpr float kNothing = 1e-12F;
-            constexpr float kNothingBesideOthers = 1e-6F;
-            const float least =
-                std::max(kNothing, kNothingBesideOthers * *std::max_element(values.begin(), values.end()));
-            for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
-                if (!(values[i] > least)) continue;
-                leaf->setValueOn(i, static_cast<float>(settings_.value * static_cast<double>(values[i])));
-            }
-            leaves.push_back(leaf);
-        }
-        return leaves;
-    }
-    void add(const TileTask& task, const TileResult& result, const std::vector<Leaf*>& leaves) {
-        for (Leaf* const leaf : leaves)
-            tree_.addLeaf(leaf);
-        const auto value = static_cast<float>(settings_.value);
-        for (const auto& run : result.full) {
-            for (std::int32_t x = run.begin; x < run.end; ++x)
-                tree_.addTile(1, origin(x, task), value, true);
-        }
-    }
-    /// Fills what a flood left dry.
-    void add(const std::vector<Flood::Enclosed>& enclosed) {
-        const auto value = static_cast<float>(settings_.value);
-        for (const auto& part : enclosed) {
-            TileTask task;
-            task.y = part.y;
-            task.z = part.z;
-            for (std::int32_t x = part.begin; x < part.end; ++x) {
-                if (part.voxels.all()) {
-                    tree_.addTile(1, origin(x, task), value, true);
-                    continue;
-                }
-                Leaf* const leaf = tree_.touchLeaf(origin(x, task));
-                for (std::size_t i = 0; i < part.voxels.size(); ++i)
-                    if (part.voxels[i]) leaf->setValueOn(static_cast<openvdb::Index>(i), value);
-            }
-        }
-    }
-    openvdb::FloatGrid::Ptr finish() {
-        openvdb::tools::pruneTiles(grid_->tree());
-        if (settings_.clip_um) clip();
-        return grid_;
-    }
-
-private:
-    openvdb::Coord origin(std::int32_t x, const TileTask& task) const {
-        return {lattice_.corner[0] + kBlockSide * x, lattice_.corner[1] + kBlockSide * task.y,
-                lattice_.corner[2] + kBlockSide * task.z};
-    }
-    /// Voxels that a face of the box cuts keep the share of them that is inside.
-    void clip() {
-        // So that a face on the lattice is on it whatever the rounding.
-        constexpr double kOnLattice = 1e-6;
-        constexpr double kFar = 1 << 30;
-        openvdb::CoordBBox box;
-        std::array<std::array<double, 2>, 3> share{};
-        for (int axis = 0; axis < 3; ++axis) {
-            const double low = std::clamp(settings_.clip_um->min[axis] / settings_.voxel_size_um, -kFar, kFar);
-            const double high = std::clamp(settings_.clip_um->max[axis] / settings_.voxel_size_um, -kFar, kFar);
-            box.min()[axis] = static_cast<int>(std::floor(low + kOnLattice));
-            box.max()[axis] = std::max(box.min()[axis], static_cast<int>(std::ceil(high - kOnLattice)) - 1);
-            const bool one = box.min()[axis] == box.max()[axis];
-            const auto i = static_cast<std::size_t>(axis);
-            share[i] = {one ? high - low : box.min()[axis] + 1 - low, one ? 1 : high - box.max()[axis]};
-        }
-        grid_->clip(box);
-        openvdb::CoordBBox filled;
-        if (!tree_.tree().evalActiveVoxelBoundingBox(filled)) return;
-        for (int axis = 0; axis < 3; ++axis) {
-            for (std::size_t side = 0; side < 2; ++side) {
-                const double kept = share[static_cast<std::size_t>(axis)][side];
-                if (kept > 1 - kOnLattice) continue;
-                openvdb::CoordBBox slab = filled;
-                slab.min()[axis] = slab.max()[axis] = side == 0 ? box.min()[axis] : box.max()[axis];
-                if (slab.min()[axis] >= filled.min()[axis] && slab.max()[axis] <= filled.max()[axis])
-                    scale(slab, static_cast<float>(kept));
-            }
-        }
-    }
-    /// Multiplies the voxels of a slab, block by block, as most of it is empty.
-    void scale(const openvdb::CoordBBox& slab, float factor) {
-        const auto blocks = [](const openvdb::Coord& voxel) {
-            return openvdb::Coord(voxel.x() & ~(kBlockSide - 1), voxel.y() & ~(kBlockSide - 1),
-                                  voxel.z() & ~(kBlockSide - 1));
-        };
-        const openvdb::Coord first = blocks(slab.min());
-        openvdb::tree::ValueAccessor<openvdb::FloatTree> tree(grid_->tree());
-        for (int x = first.x(); x <= slab.max().x(); x += kBlockSide) {
-            for (int y = first.y(); y <= slab.max().y(); y += kBlockSide) {
-                for (int z = first.z(); z <= slab.max().z(); z += kBlockSide) {
-                    const openvdb::Coord origin(x, y, z);
-                    if (tree.probeConstLeaf(origin) == nullptr && !tree.isValueOn(origin)) continue;
-                    Leaf* const leaf = tree.touchLeaf(origin);
-                    for (auto voxel = leaf->beginValueOn(); voxel; ++voxel)
-                        if (slab.isInside(voxel.getCoord())) voxel.setValue(*voxel * factor);
-                }
-            }
-        }
-    }
-
-    Lattice lattice_;
-    VoxelizeSettings settings_;
-    openvdb::FloatGrid::Ptr grid_;
-    openvdb::tree::ValueAccessor<openvdb::FloatTree> tree_;
-};
-
-}  // namespace
-
-double estimate_grid_bytes(const Mesh& mesh, double voxel_size_um) {
-    const double side = kBlockSide * voxel_size_um;
-    const double blocks =
-        8 + sum_of(mesh.triangles.size(), [&](std::size_t number) {
-            const auto& t = mesh.triangles[number];
-            const Vec3& a = mesh.vertices[t[0]];
-            const Vec3& b = mesh.vertices[t[1]];
-            const Vec3& c = mesh.vertices[t[2]];
-            const double longest = std::sqrt(std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)}));
-            return blocks_of_surface(length(cross(b - a, c - a)) / 2, longest, side);
-        });
-    return kLeafBytes * std::min(blocks, blocks_of_box(mesh_bounds(mesh), side));
-}
-
-void require_affordable(double bytes, const Bounds& bounds_um, const VoxelizeSettings& settings) {
-    if (bytes <= settings.max_bytes) return;
-    const Vec3 size = bounds_um.size();
-    const double dx = settings.voxel_size_um;
-    throw InputError(fmt::format(
-        "the grid would take about {:.3g} GiB: the bounding box is {:.6g} x {:.6g} x {:.6g} um, {:.4g} x {:.4g} x "
-        "{:.4g} "
-        "= {:.3g} voxels of {:g} um. If the unit is wrong, neuron meshes are often in nanometres: add --mesh-unit nm. "
-        "Otherwise choose a larger --voxel-size, or raise --max-bytes",
-        bytes / (1LL << 30), size.x, size.y, size.z, size.x / dx, size.y / dx, size.z / dx,
-        size.x / dx * size.y / dx * size.z / dx, dx));
-}
-
-namespace {
-
-/// Sum of all values.
-double filled_voxels(const openvdb::FloatGrid& grid) {
-    double sum = 0;
-    for (auto at = grid.cbeginValueOn(); at; ++at)
-        sum += static_cast<double>(*at) * static_cast<double>(at.getVoxelCount());
-    return sum;
-}
-
-struct FilledTile {
-    TileTask task;
-    TileResult result;
-    std::vector<Leaf*> leaves;
-};
-
-/// Fills a grid tile by tile in parallel; `fill` makes a TileResult of a TileTask.
-template <class Fill>
-VoxelizedGrid fill_grid(const Lattice& lattice, const VoxelizeSettings& settings, const TileBins& bins,
-                        Progress& progress, const Fill& fill) {
-    GridFiller filler(lattice, settings);
-    VoxelizeReport report;
-    Flood flood;
-    progress.start("voxelizing", static_cast<long long>(bins.size()));
-    // Tiles are filled in any order, a few at a time, and go into the tree in theirs, so that every sum is the same
-    // for any number of threads.
-    constexpr std::size_t kBatch = 16;
-    constexpr std::size_t kBatchesAtOnce = 64;
-    const double voxel_um3 = std::pow(settings.voxel_size_um, 3);
-    std::size_t next = 0;
-    const auto take = [&](tbb::flow_control& flow) {
-        const std::size_t begin = next;
-        if (begin >= bins.size() || progress.stopped()) flow.stop();
-        next += kBatch;
-        return begin;
-    };
-    const auto work = [&](std::size_t begin) {
-        std::vector<FilledTile> tiles;
-        for (std::size_t i = begin; i < std::min(begin + kBatch, bins.size()); ++i) {
-            FilledTile& tile = tiles.emplace_back();
-            tile.task = bins.task(i);
-            tile.result = fill(tile.task);
-            tile.leaves = filler.make_leaves(tile.task, tile.result);
-            tile.result.values = {};
-            progress.advance(1);
-        }
-        return tiles;
-    };
-    const auto put = [&](const std::vector<FilledTile>& tiles) {
-        for (const FilledTile& tile : tiles) {
-            filler.add(tile.task, tile.result, tile.leaves);
-            report.volume_um3 += tile.result.volume * voxel_um3;
-            report.capped_um3 += tile.result.winding_volume * voxel_um3;
-            report.decided_by_winding += tile.result.decided_by_winding;
-            flood.add(tile.task, tile.result);
-        }
-    };
-    using tbb::filter_mode;
-    tbb::parallel_pipeline(kBatchesAtOnce,
-                           tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, take) &
-                               tbb::make_filter<std::size_t, std::vector<FilledTile>>(filter_mode::parallel, work) &
-                               tbb::make_filter<std::vector<FilledTile>, void>(filter_mode::serial_in_order, put));
-    if (settings.inside == InsideRule::Flood && !progress.stopped()) filler.add(flood.enclosed());
-    auto grid = filler.finish();
-    report.voxels = grid->activeVoxelCount();
-    if (settings.inside == InsideRule::Flood || settings.clip_um)
-        report.volume_um3 = voxel_um3 * filled_voxels(*grid) / settings.value;
-    if (report.voxels == 0 && !progress.stopped()) {
-        throw InputError(settings.clip_um
-                             ? "nothing of it is inside the box of --bbox or --clip: the grid would be empty"
-                             : "nothing is inside the surface: the grid would be empty");
-    }
-    if (!std::isfinite(report.volume_um3) && !progress.stopped()) {
-        throw InputError(
-            "the surface is too open to have an inside: its volume is not a number; close it, or fill a layer along "
-            "it with --shell");
-    }
-    return {DyeGrid(std::make_shared<DyeGrid::Impl>(DyeGrid::Impl{grid})), report};
-}
-
 }  // namespace
 
 VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSettings& settings, Progress& progress) {
@@ -435,13 +158,9 @@ VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSetti
     }
     if (bounds.empty()) throw InputError("there are no triangles to voxelize");
     require_affordable(bytes, bounds, settings);
-    const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
+    const BlockLattice lattice = make_block_lattice(bounds, settings.voxel_size_um);
     const VoxelSurface surface = to_voxels(solids, lattice, settings.inside);
-    TileBins bins(
-        static_cast<std::uint32_t>(surface.mesh.triangles.size()),
-        [&](std::uint32_t number) { return triangle_box(surface.mesh, number); },
-        [&](std::uint32_t number, double low, double high) { return triangle_span(surface.mesh, number, low, high); },
-        lattice.blocks[2]);
+    TileBins bins = bins_of(surface.mesh, lattice);
     bins.add_open_blocks(surface.open_blocks);
     const Solid solid = settings.inside == InsideRule::Flood ? Solid::Enclosed : Solid::Inside;
     return fill_grid(lattice, settings, bins, progress,
@@ -461,16 +180,12 @@ VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickn
     const Bounds bounds = mesh_bounds(layers);
     if (bounds.empty()) throw InputError("there are no triangles to voxelize");
     require_affordable(estimate_grid_bytes(layers, settings.voxel_size_um), bounds, settings);
-    const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
+    const BlockLattice lattice = make_block_lattice(bounds, settings.voxel_size_um);
     VoxelSurface surface;
     surface.mesh = std::move(layers);
     for_items(surface.mesh.vertices.size(),
               [&](std::size_t v) { surface.mesh.vertices[v] = to_voxels(surface.mesh.vertices[v], lattice); });
-    const TileBins bins(
-        static_cast<std::uint32_t>(surface.mesh.triangles.size()),
-        [&](std::uint32_t number) { return triangle_box(surface.mesh, number); },
-        [&](std::uint32_t number, double low, double high) { return triangle_span(surface.mesh, number, low, high); },
-        lattice.blocks[2]);
+    const TileBins bins = bins_of(surface.mesh, lattice);
     const double thickness = thickness_um / settings.voxel_size_um / sheets;
     return fill_grid(lattice, settings, bins, progress,
                      [&](const TileTask& task) { return fill_layer_tile(surface, task, thickness); });
@@ -479,26 +194,17 @@ VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickn
 VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const VoxelizeSettings& settings,
                                 Progress& progress) {
     initialize_openvdb();
-    Bounds bounds;
-    const double side = kBlockSide * settings.voxel_size_um;
-    double blocks = 8;
     MergedCapsules merged = merge_capsules(capsules, settings.voxel_size_um);
     std::vector<Capsule>& placed = merged.capsules;
-    for (const Capsule& capsule : placed) {
-        const Bounds box = capsule_bounds(capsule);
-        bounds.add(box);
-        blocks += std::min(blocks_of_box(box, side),
-                           blocks_of_surface(capsule_area(capsule), length(capsule.to - capsule.from), side));
-    }
+    Bounds bounds;
+    for (const Capsule& capsule : placed)
+        bounds.add(capsule_bounds(capsule));
     if (bounds.empty()) throw InputError("there are no segments to voxelize");
-    require_affordable(kLeafBytes * std::min(blocks, blocks_of_box(bounds, side)), bounds, settings);
-    const Lattice lattice = make_lattice(bounds, settings.voxel_size_um);
+    require_affordable(estimate_grid_bytes(placed, settings.voxel_size_um), bounds, settings);
+    const BlockLattice lattice = make_block_lattice(bounds, settings.voxel_size_um);
     for (Capsule& capsule : placed) {
-        for (int axis = 0; axis < 3; ++axis) {
-            const double corner = lattice.corner[static_cast<std::size_t>(axis)];
-            capsule.from[axis] = capsule.from[axis] / lattice.voxel_um - corner;
-            capsule.to[axis] = capsule.to[axis] / lattice.voxel_um - corner;
-        }
+        capsule.from = to_voxels(capsule.from, lattice);
+        capsule.to = to_voxels(capsule.to, lattice);
         capsule.from_radius /= lattice.voxel_um;
         capsule.to_radius /= lattice.voxel_um;
     }

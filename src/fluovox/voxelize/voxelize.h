@@ -60,8 +60,10 @@ VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const Voxe
 VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickness_um,
                              const VoxelizeSettings& settings, Progress& progress);
 
-/// An estimate from above of the memory that a solid's grid takes, in bytes: by surface, not by box.
+/// An estimate from above of the memory that the grid of a solid, or of capsules, takes, in bytes: by surface, not by
+/// box.
 double estimate_grid_bytes(const Mesh& mesh, double voxel_size_um);
+double estimate_grid_bytes(const std::vector<Capsule>& capsules, double voxel_size_um);
 
 /// Throws InputError with the box, the number of voxels and what to do when `bytes` is over `settings.max_bytes`.
 void require_affordable(double bytes, const Bounds& bounds_um, const VoxelizeSettings& settings);
