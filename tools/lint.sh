@@ -24,6 +24,7 @@ for file in "${files[@]}"; do
     if grep -qF "\"$PWD/$file\"" build/release/compile_commands.json; then known+=("$file"); else echo "not built here: $file" >&2; fi
 done
 ((${#known[@]})) || { echo "lint: nothing to look at" >&2; exit 0; }
-# g++'s own warning options mean nothing to clang.
+# g++'s own warning options mean nothing to clang, and -Wconversion means changes of sign to it as well.
 printf '%s\0' "${known[@]}" |
-    xargs -0 -n 1 -P "$(nproc)" clang-tidy -p build/release --quiet --extra-arg=-Wno-unknown-warning-option
+    xargs -0 -n 1 -P "$(nproc)" clang-tidy -p build/release --quiet --extra-arg=-Wno-unknown-warning-option \
+        --extra-arg=-Wno-sign-conversion

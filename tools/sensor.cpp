@@ -88,8 +88,9 @@ public:
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values.size(), 1024), [&](const auto& range) {
             std::int64_t full = 0;
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                const Exposed pixel = expose(camera_->sensor, photons * static_cast<double>(values[i]), efficiency,
-                                             camera_->exposure_s, seed_, page, i);
+                const Exposed pixel =
+                    expose(camera_->sensor, {photons * static_cast<double>(values[i]), efficiency, camera_->exposure_s},
+                           {seed_, page, i});
                 values[i] = pixel.count;
                 full += pixel.is_full ? 1 : 0;
             }

@@ -77,7 +77,7 @@ std::vector<Point> transfer_curve(const Sensor& sensor) {
     std::vector<Point> points;
     for (std::size_t level = 0; level < std::size(kLevels); ++level) {
         points.push_back(measure([&](std::uint64_t pixel) {
-            return expose(sensor, kLevels[level], sensor.quantum_efficiency, 0, 7, level, pixel).count;
+            return expose(sensor, {kLevels[level], sensor.quantum_efficiency, 0}, {7, level, pixel}).count;
         }));
     }
     return points;
@@ -124,8 +124,9 @@ TEST(Sensor, CountsMeanTheElectronsAboveTheOffset) {
     Sensor sensor = sensor_preset("scmos");
     sensor.dark_electrons_per_s = 50;
     const double electrons = 300 * sensor.quantum_efficiency + 50 * 0.5;
-    const Point point = measure(
-        [&](std::uint64_t pixel) { return expose(sensor, 300, sensor.quantum_efficiency, 0.5, 1, 2, pixel).count; });
+    const Point point = measure([&](std::uint64_t pixel) {
+        return expose(sensor, {300, sensor.quantum_efficiency, 0.5}, {1, 2, pixel}).count;
+    });
     const double expected = sensor.offset_counts + sensor.counts_per_electron * electrons;
     EXPECT_LT(std::abs(point.mean - expected), kSigmas * std::sqrt(point.variance / kPixels));
 }
@@ -133,18 +134,18 @@ TEST(Sensor, CountsMeanTheElectronsAboveTheOffset) {
 TEST(Sensor, TheWellAndTheConverterEnd) {
     Sensor sensor = sensor_preset("ideal");
     sensor.full_well_electrons = 1000;
-    EXPECT_EQ(expose(sensor, 1e6, 1, 1, 1, 0, 0).count, 1000);
-    EXPECT_TRUE(expose(sensor, 1e6, 1, 1, 1, 0, 0).is_full);
+    EXPECT_EQ(expose(sensor, {1e6, 1, 1}, {1, 0, 0}).count, 1000);
+    EXPECT_TRUE(expose(sensor, {1e6, 1, 1}, {1, 0, 0}).is_full);
     sensor.full_well_electrons = 1e12;
     sensor.bits = 12;
-    EXPECT_EQ(expose(sensor, 1e6, 1, 1, 1, 0, 0).count, 4095);
-    EXPECT_FALSE(expose(sensor, 100, 1, 1, 1, 0, 0).is_full);
+    EXPECT_EQ(expose(sensor, {1e6, 1, 1}, {1, 0, 0}).count, 4095);
+    EXPECT_FALSE(expose(sensor, {100, 1, 1}, {1, 0, 0}).is_full);
 }
 
 TEST(Sensor, NoiseFollowsFromSeedPageAndPixelAlone) {
     const Sensor sensor = sensor_preset("scmos");
     const auto count = [&](std::uint64_t seed, std::uint64_t page, std::uint64_t pixel) {
-        return expose(sensor, 5000, 0.8, 0.02, seed, page, pixel).count;
+        return expose(sensor, {5000, 0.8, 0.02}, {seed, page, pixel}).count;
     };
     EXPECT_EQ(count(1, 2, 3), count(1, 2, 3));
     EXPECT_NE(count(1, 2, 3), count(2, 2, 3));

@@ -7,7 +7,8 @@ namespace fluovox {
 std::uint64_t peak_resident_bytes() {
     rusage usage{};
     if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+    const auto kibibytes = usage.ru_maxrss;  // NOLINT(*-union-access): the C library has two names for one number
+    return static_cast<std::uint64_t>(kibibytes) * 1024;
 }
 
 }  // namespace fluovox

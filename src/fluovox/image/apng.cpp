@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace fluovox {
 namespace {
@@ -45,6 +47,44 @@ std::string frame_control(const Picture& frame, std::uint32_t sequence, int dela
                              number(0, 1));
 }
 
+/// A chunk where it stands in a file.
+struct ChunkView {
+    std::string_view name, data, whole;
+};
+
+std::vector<ChunkView> chunks_of(std::string_view png) {
+    std::vector<ChunkView> chunks;
+    for (std::size_t at = kSignature; at + kAround <= png.size();) {
+        const std::size_t size = number_at(png.substr(at));
+        chunks.push_back({png.substr(at + 4, 4), png.substr(at + 8, size), png.substr(at, size + kAround)});
+        at += size + kAround;
+    }
+    return chunks;
+}
+
+constexpr std::string_view kData = "IDAT";
+constexpr std::string_view kEnd = "IEND";
+
+/// A picture's file, but for its end, as the beginning of an animation.
+std::string first_frame(const std::string& png, const std::string& control) {
+    std::string out = png.substr(0, kSignature);
+    bool controlled = false;
+    for (const ChunkView& chunk : chunks_of(png)) {
+        if (chunk.name == kData && !std::exchange(controlled, true)) out += control;
+        if (chunk.name != kEnd) out += chunk.whole;
+    }
+    return out;
+}
+
+/// The data of a picture's file as that of a later frame.
+std::string later_frame(const std::string& png, std::uint32_t& sequence) {
+    std::string out;
+    for (const ChunkView& part : chunks_of(png)) {
+        if (part.name == kData) out += chunk("fdAT", number(sequence++) + std::string(part.data));
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string to_apng(const std::vector<Picture>& frames, int delay_ms) {
@@ -54,25 +94,15 @@ std::string to_apng(const std::vector<Picture>& frames, int delay_ms) {
     for (const Picture& frame : frames) {
         if (frame.width != frames.front().width || frame.height != frames.front().height)
             throw std::invalid_argument("the frames of an animation have one size");
-        const std::string png = to_png(frame);
-        const bool first = &frame == &frames.front();
-        if (first) out = png.substr(0, kSignature);
-        bool controlled = false;
-        for (std::size_t at = kSignature; at + kAround <= png.size();) {
-            const std::size_t size = number_at(std::string_view(png).substr(at));
-            const std::string name = png.substr(at + 4, 4);
-            const bool data = name == "IDAT";
-            if (data && !controlled) {
-                controlled = true;
-                if (first) out += chunk("acTL", number(static_cast<std::uint32_t>(frames.size())) + number(0));
-                out += frame_control(frame, sequence++, delay_ms);
-            }
-            if (first && name != "IEND") out += png.substr(at, size + kAround);
-            if (!first && data) out += chunk("fdAT", number(sequence++) + png.substr(at + 8, size));
-            at += size + kAround;
+        const std::string control = frame_control(frame, sequence++, delay_ms);
+        if (out.empty()) {
+            const std::string count = number(static_cast<std::uint32_t>(frames.size()));
+            out = first_frame(to_png(frame), chunk("acTL", count + number(0)) + control);
+        } else {
+            out += control + later_frame(to_png(frame), sequence);
         }
     }
-    return out + chunk("IEND", "");
+    return out + chunk(kEnd, "");
 }
 
 void save_apng(const std::filesystem::path& path, const std::vector<Picture>& frames, int delay_ms) {

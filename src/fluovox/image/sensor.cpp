@@ -94,11 +94,10 @@ double photons_per_value(const StackInfo& info, int channel, double exposure_s) 
     return photons;
 }
 
-Exposed expose(const Sensor& sensor, double photons, double efficiency, double exposure_s, std::uint64_t seed,
-               std::uint64_t page, std::uint64_t pixel) {
-    Bits bits(Rng(seed ^ kStream, page, pixel));
-    const double mean =
-        std::max(0.0, photons) * efficiency + sensor.dark_electrons_per_s * exposure_s + sensor.spurious_electrons;
+Exposed expose(const Sensor& sensor, const Exposure& exposure, const PixelPlace& place) {
+    Bits bits(Rng(place.seed ^ kStream, place.page, place.pixel));
+    const double mean = std::max(0.0, exposure.photons) * exposure.efficiency +
+                        sensor.dark_electrons_per_s * exposure.seconds + sensor.spurious_electrons;
     Exposed result;
     constexpr double kMostCounted = 1e15;  // beyond, the distribution's whole numbers end
     if (mean > kMostCounted) {

@@ -50,9 +50,18 @@ struct Exposed {
     bool is_full = false;  ///< the well or the converter is at its end
 };
 
-/// Exposes a pixel to `photons` (expected number) at a wavelength; `efficiency` replaces the sensor's where the photons
-/// are those detected already. The random numbers follow from (seed, page, pixel) alone.
-Exposed expose(const Sensor& sensor, double photons, double efficiency, double exposure_s, std::uint64_t seed,
-               std::uint64_t page, std::uint64_t pixel);
+/// What falls on a pixel.
+struct Exposure {
+    double photons = 0;     ///< expected number
+    double efficiency = 1;  ///< with which they are detected: the sensor's at their wavelength; 1: they were already
+    double seconds = 0;
+};
+
+/// Which pixel of which image: the random numbers follow from it alone.
+struct PixelPlace {
+    std::uint64_t seed = 0, page = 0, pixel = 0;
+};
+
+Exposed expose(const Sensor& sensor, const Exposure& exposure, const PixelPlace& place);
 
 }  // namespace fluovox

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace fluovox {
@@ -31,8 +32,8 @@ double file_bytes(const StackInfo& info, std::size_t description) {
 /// Writes pages one after the other.
 class Pages {
 public:
-    Pages(const fs::path& shown, const fs::path& file, const char* mode, const StackInfo& info)
-        : shown_(shown), tiff_(file, mode), info_(info), values_(info.pixels()) {
+    Pages(fs::path shown, const fs::path& file, const char* mode, const StackInfo& info)
+        : shown_(std::move(shown)), tiff_(file, mode), info_(info), values_(info.pixels()) {
         if (!tiff_.is_open()) fail();
         if (info.type == SampleType::UInt16) counts_.resize(info.pixels());
     }

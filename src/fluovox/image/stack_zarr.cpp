@@ -13,6 +13,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace fluovox {
@@ -80,8 +81,8 @@ std::vector<float> halved(const std::vector<float>& values, const Level& from, c
 
 class Group {
 public:
-    Group(const fs::path& folder, const StackInfo& info, bool labels)
-        : folder_(folder), info_(info), labels_(labels), levels_(levels_of(info)) {}
+    Group(fs::path folder, const StackInfo& info, bool labels)
+        : folder_(std::move(folder)), info_(info), labels_(labels), levels_(levels_of(info)) {}
 
     void write_planes(const PlaneSource& source) const {
         for (std::size_t level = 0; level < levels_.size(); ++level)

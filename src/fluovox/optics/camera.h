@@ -3,6 +3,8 @@
 #include "fluovox/core/rng.h"
 #include "fluovox/core/vec.h"
 
+#include <cmath>
+
 namespace fluovox {
 
 /// Where the image is taken from. The image's x runs along (target - position) x up, row 0 is on top.
@@ -21,5 +23,13 @@ struct Camera {
     double immersion_index = 1;     ///< what the aperture that was given has been divided by
     double blur_um = 0;             ///< full width at half maximum of a Gaussian blur of the image, on the focal plane
 };
+
+/// Side of a pixel where it is sharp, in micrometres.
+inline double pixel_um(const Camera& camera) {
+    const double height_um = camera.kind == Camera::Kind::Telecentric
+                                 ? camera.field_um
+                                 : 2 * camera.focus_um * std::tan(0.5 * camera.fov_rad);
+    return height_um / camera.height;
+}
 
 }  // namespace fluovox

@@ -26,13 +26,9 @@ CameraRays::CameraRays(const Camera& camera)
     : camera_(camera),
       axis_(normalized(camera.target - camera.position)),
       right_(normalized(cross(axis_, camera.up))),
-      up_(cross(right_, axis_)) {
-    const double height = camera.kind == Camera::Kind::Telecentric
-                              ? camera.field_um
-                              : 2 * camera.focus_um * std::tan(0.5 * camera.fov_rad);
-    pixel_um_ = height / camera.height;
-    blur_sigma_ = camera.blur_um / (2 * std::sqrt(2 * std::numbers::ln2));  // of a full width at half maximum
-}
+      up_(cross(right_, axis_)),
+      pixel_um_(pixel_um(camera)),
+      blur_sigma_(camera.blur_um / (2 * std::sqrt(2 * std::numbers::ln2))) {}  // of a full width at half maximum
 
 // A random shift on the focal plane; without blur none, and no random numbers used.
 Vec3 CameraRays::blur(Rng& rng) const {

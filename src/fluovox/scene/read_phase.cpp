@@ -14,40 +14,65 @@ namespace {
 
 constexpr NumberRange kAnisotropy = {.min = -1, .max = 1, .without_min = true, .without_max = true};
 
-// Rows of angle or cosine and value as cosines that increase.
-PhaseTable table_of(const CsvTable& csv) {
+/// The columns of a table: directions, and the value towards each.
+struct PhaseColumns {
+    std::size_t direction = 0, value = 1;
+    bool by_angle = false;  ///< in degrees; otherwise cosines
+};
+
+PhaseColumns columns_of(const CsvTable& csv) {
     if (csv.columns.size() != 2) {
         csv.fail(
             0, fmt::format("{} columns where two are needed: angle_deg (or cosine) and the value", csv.columns.size()));
     }
-    const bool by_angle = csv.find("angle_deg").has_value();
-    if (!by_angle && !csv.find("cosine"))
-        csv.fail(0, "needs a first line that names the columns: angle_deg,value or cosine,value");
-    const std::size_t x = *csv.find(by_angle ? "angle_deg" : "cosine");
-    std::vector<double> cosines = csv.columns[x];
-    std::vector<double> values = csv.columns[1 - x];
-    for (std::size_t row = 0; row < csv.rows(); ++row) {
-        const double given = cosines[row];
-        if (by_angle ? given < 0 || given > 180 : given < -1 || given > 1) {
-            csv.fail(row, fmt::format("{} must lie from {}", given,
-                                      by_angle ? "0 to 180 degrees" : "-1 to 1, being a cosine"));
-        }
-        if (row > 0 && !(given > csv.columns[x][row - 1]))
-            csv.fail(row, fmt::format("{} comes after {}: they must increase", given, csv.columns[x][row - 1]));
-        if (values[row] < 0)
-            csv.fail(row, fmt::format("the value {} is negative, which no phase function is", values[row]));
-        if (!by_angle) continue;
-        cosines[row] = given == 0 ? 1 : given == 180 ? -1 : std::cos(given * std::numbers::pi / 180);
+    const auto angle = csv.find("angle_deg");
+    const auto direction = angle ? angle : csv.find("cosine");
+    if (!direction) csv.fail(0, "needs a first line that names the columns: angle_deg,value or cosine,value");
+    return {*direction, 1 - *direction, angle.has_value()};
+}
+
+void check_row(const CsvTable& csv, const PhaseColumns& columns, std::size_t row) {
+    const std::vector<double>& directions = csv.columns[columns.direction];
+    const double given = directions[row];
+    const double least = columns.by_angle ? 0 : -1;
+    const double most = columns.by_angle ? 180 : 1;
+    if (given < least || given > most) {
+        csv.fail(row, fmt::format("{} must lie from {}", given,
+                                  columns.by_angle ? "0 to 180 degrees" : "-1 to 1, being a cosine"));
     }
-    if (by_angle) {
+    if (row > 0 && !(given > directions[row - 1]))
+        csv.fail(row, fmt::format("{} comes after {}: they must increase", given, directions[row - 1]));
+    const double value = csv.columns[columns.value][row];
+    if (value < 0) csv.fail(row, fmt::format("the value {} is negative, which no phase function is", value));
+}
+
+void require_all_directions(const CsvTable& csv, const PhaseColumns& columns) {
+    const std::vector<double>& directions = csv.columns[columns.direction];
+    const double least = columns.by_angle ? 0 : -1;
+    const double most = columns.by_angle ? 180 : 1;
+    if (directions.front() == least && directions.back() == most) return;
+    csv.fail(0, fmt::format("the table reaches from {} to {}, but its integral is over all directions: {}",
+                            directions.front(), directions.back(),
+                            columns.by_angle ? "0 to 180 degrees" : "cosines from -1 to 1"));
+}
+
+double cosine_of_degrees(double angle) {
+    if (angle == 0) return 1;
+    return angle == 180 ? -1 : std::cos(angle * std::numbers::pi / 180);
+}
+
+// Rows of angle or cosine and value as cosines that increase.
+PhaseTable table_of(const CsvTable& csv) {
+    const PhaseColumns columns = columns_of(csv);
+    for (std::size_t row = 0; row < csv.rows(); ++row)
+        check_row(csv, columns, row);
+    require_all_directions(csv, columns);
+    std::vector<double> cosines = csv.columns[columns.direction];
+    std::vector<double> values = csv.columns[columns.value];
+    if (columns.by_angle) {
+        std::transform(cosines.begin(), cosines.end(), cosines.begin(), cosine_of_degrees);
         std::reverse(cosines.begin(), cosines.end());
         std::reverse(values.begin(), values.end());
-    }
-    const double all = by_angle ? 180 : 1;
-    if (csv.columns[x].front() != (by_angle ? 0 : -1) || csv.columns[x].back() != all) {
-        csv.fail(0, fmt::format("the table reaches from {} to {}, but its integral is over all directions: {}",
-                                csv.columns[x].front(), csv.columns[x].back(),
-                                by_angle ? "0 to 180 degrees" : "cosines from -1 to 1"));
     }
     for (std::size_t i = 1; i < cosines.size(); ++i) {
         if (!(cosines[i] > cosines[i - 1])) csv.fail(i, "two angles are too close to tell their cosines apart");

@@ -53,7 +53,7 @@ void melt_in(const RoundCone& piece, const Lattice& lattice, FloatGrid::Accessor
     for (const Coord& cell : cells) {
         const double d = signed_distance_um(piece, lattice.position(cell));
         if (d > band_um) continue;
-        const double before = distances.getValue(cell);
+        const auto before = static_cast<double>(distances.getValue(cell));
         distances.setValue(cell, static_cast<float>(smooth_min(before, d, piece.blend_um)));
     }
 }

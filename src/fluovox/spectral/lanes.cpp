@@ -23,7 +23,8 @@ double exp_near_zero(double x) {
 Lanes exp_minus(const Lanes& depth) {
     constexpr double kLog2e = 1.4426950408889634;
     // ln(2) in two parts: multiples of the first are exact.
-    constexpr double kLn2High = 0x1.62e42feep-1, kLn2Low = 0x1.a39ef35793c76p-33;
+    constexpr double kLn2High = 0x1.62e42feep-1;
+    constexpr double kLn2Low = 0x1.a39ef35793c76p-33;
     constexpr double kLargest = 708;
     // Added to a small number it leaves its nearest integer in the lowest bits.
     constexpr double kRounder = 0x1.8p52;

@@ -14,7 +14,6 @@
 namespace fluovox {
 namespace {
 
-constexpr int kBrick = SparseGrid::kBrickSize;
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
 
 // Places a photon may choose among: more make the choice better, and cost time.

@@ -105,22 +105,26 @@ std::optional<std::string> miss(const SheetLight& first, Vec3 way_um, const Boun
         gap, across.low, across.high, std::min(0.0, way), std::max(0.0, way));
 }
 
+/// Sheets that pass beside a medium.
+void doubt_sheets(const Scene& first, const SceneMedium& medium, Vec3 way_um, std::vector<std::string>& doubts) {
+    const Bounds box = medium.grid ? medium.grid->bounds() : bounds_of(medium.region);
+    if (medium.dye < 0 || !std::isfinite(length(box.size()))) return;
+    for (const Light& light : first.lights) {
+        const auto* sheet = std::get_if<SheetLight>(&light.shape);
+        const auto missed = sheet != nullptr ? miss(*sheet, way_um, box) : std::nullopt;
+        if (missed) doubts.push_back(fmt::format("{}: {}", medium.name, *missed));
+    }
+}
+
 void doubt_sheets(const Scene& scene, std::vector<std::string>& doubts) {
     const StackDescription& stack = *scene.description.stack;
-    for (std::size_t view = 0; view < stack.views.angles_rad.size(); ++view) {
-        const Scene first = scene_at(scene, static_cast<int>(view), 0);
-        const Vec3 way =
-            sharp_point(scene_at(scene, static_cast<int>(view), plane_count(stack) - 1).description.camera) -
-            sharp_point(first.description.camera);
-        for (const SceneMedium& medium : first.media) {
-            const Bounds box = medium.grid ? medium.grid->bounds() : bounds_of(medium.region);
-            if (medium.dye < 0 || !std::isfinite(length(box.size()))) continue;
-            for (const Light& light : first.lights) {
-                const auto* sheet = std::get_if<SheetLight>(&light.shape);
-                const auto missed = sheet != nullptr ? miss(*sheet, way, box) : std::nullopt;
-                if (missed) doubts.push_back(fmt::format("{}: {}", medium.name, *missed));
-            }
-        }
+    for (std::size_t i = 0; i < stack.views.angles_rad.size(); ++i) {
+        const int view = static_cast<int>(i);
+        const Scene first = scene_at(scene, view, 0);
+        const Scene last = scene_at(scene, view, plane_count(stack) - 1);
+        const Vec3 way = sharp_point(last.description.camera) - sharp_point(first.description.camera);
+        for (const SceneMedium& medium : first.media)
+            doubt_sheets(first, medium, way, doubts);
     }
 }
 
@@ -162,10 +166,7 @@ StackInfo describe_stack(const Scene& scene, int view) {
     info.height = camera.height;
     info.planes = plane_count(stack);
     info.channels = describe_channels(scene);
-    const double height_um = camera.kind == Camera::Kind::Telecentric
-                                 ? camera.field_um
-                                 : 2 * camera.focus_um * std::tan(0.5 * camera.fov_rad);
-    info.pixel_um = height_um / camera.height;
+    info.pixel_um = pixel_um(camera);
     info.step_um = stack.step_um;
     const Camera at_first = scene_at(scene, view, 0).description.camera;
     const Vec3 first = sharp_point(at_first);

@@ -42,6 +42,7 @@ openvdb::FloatGrid::Ptr grid_of(const BrickField& field) {
 void save_brick_fields(const std::filesystem::path& file, const std::vector<BrickField>& fields) {
     initialize_openvdb();
     std::vector<openvdb::GridBase::Ptr> grids;
+    grids.reserve(fields.size());
     for (const BrickField& field : fields)
         grids.push_back(grid_of(field));
     save_grids(file, grids);

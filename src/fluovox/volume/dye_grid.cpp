@@ -6,6 +6,7 @@ namespace fluovox {
 
 void save_dye_grids(const std::filesystem::path& file, const std::vector<DyeGrid>& grids) {
     std::vector<openvdb::GridBase::Ptr> all;
+    all.reserve(grids.size());
     for (const DyeGrid& grid : grids)
         all.push_back(grid.impl().grid);
     save_grids(file, all);

@@ -51,14 +51,20 @@ bool finite(const Region& region) {
     return std::isfinite(size.x + size.y + size.z);
 }
 
+// Slabs along one axis.
+bool holds(const SlabRegion& outer, const SlabRegion& inner) {
+    return inner.min >= outer.min && inner.max <= outer.max;
+}
+
+Nesting nesting(bool a_in_b, bool b_in_a, bool apart) {
+    if (a_in_b && b_in_a) return Nesting::Equal;
+    if (a_in_b || b_in_a) return a_in_b ? Nesting::FirstInSecond : Nesting::SecondInFirst;
+    return apart ? Nesting::Apart : Nesting::Partial;
+}
+
 }  // namespace
 
 Nesting nesting_of(const Region& a, const Region& b) {
-    const auto nesting = [](bool a_in_b, bool b_in_a, bool apart) {
-        if (a_in_b && b_in_a) return Nesting::Equal;
-        if (a_in_b || b_in_a) return a_in_b ? Nesting::FirstInSecond : Nesting::SecondInFirst;
-        return apart ? Nesting::Apart : Nesting::Partial;
-    };
     const bool everywhere_a = std::holds_alternative<Everywhere>(a);
     const bool everywhere_b = std::holds_alternative<Everywhere>(b);
     if (everywhere_a || everywhere_b) return nesting(everywhere_b, everywhere_a, false);
@@ -66,8 +72,7 @@ Nesting nesting_of(const Region& a, const Region& b) {
     const auto* slab_b = std::get_if<SlabRegion>(&b);
     if (slab_a != nullptr && slab_b != nullptr) {
         if (slab_a->axis != slab_b->axis) return Nesting::Partial;
-        return nesting(slab_a->min >= slab_b->min && slab_a->max <= slab_b->max,
-                       slab_b->min >= slab_a->min && slab_b->max <= slab_a->max,
+        return nesting(holds(*slab_b, *slab_a), holds(*slab_a, *slab_b),
                        slab_a->max <= slab_b->min || slab_b->max <= slab_a->min);
     }
     const Share a_in_b = finite(a) ? share_inside(a, b) : Share::None;
