@@ -58,7 +58,7 @@ private:
     void write_stack(const PlaneStore& store, const fs::path& path, const StackInfo& info, const PlaneSource& source,
                      const std::optional<StackLabels>& labels = std::nullopt);
     void write_truth(const PlaneStore& store, const StackInfo& stack, int view, const GroundTruth& truth);
-    bool wants(const std::string& truth) const { return truth_.count(truth) > 0; }
+    bool wants(const std::string& truth) const { return truth_.contains(truth); }
     bool can_count_photons() const {
         const Camera& camera = scene_.description.camera;
         return camera.exposure_s > 0 && camera.numerical_aperture > 0;
@@ -73,7 +73,7 @@ private:
     fs::path beside(int view, const std::string& end) const;
     fs::path view_path(int view) const { return beside(view, split_stack_name(output_).second); }
     fs::path plane_path(int view, int plane) const { return beside(view, exr_plane_ending(plane)); }
-    fs::path folder() const { return fs::path(output_.string() + ".planes"); }
+    fs::path folder() const { return {output_.string() + ".planes"}; }
 
     const CommandLine& line_;
     const Scene& scene_;
@@ -212,12 +212,11 @@ void StackJob::require_disk(const PlaneStore& store) const {
     int left = 0;
     for (int image = 0; image < images(); ++image)
         left += store.has(image) ? 0 : 1;
-    const double values = static_cast<double>(plane_pixels_ * channels_);
+    const auto values = static_cast<double>(plane_pixels_ * channels_);
     double result = values * (type_ == SampleType::UInt16 ? 2 : 4);
     if (format_ == StackFormat::OmeZarr) result *= 1.34;  // its smaller levels
     if (format_ == StackFormat::Exr) {                    // means and variances of every layer
-        std::vector<std::string> dyes(scene_.dyes.size(), "x");
-        const std::size_t layers = 3 + (scene_.description.film.per_dye ? dyes.size() : 0);
+        const std::size_t layers = 3 + (scene_.description.film.per_dye ? scene_.dyes.size() : 0);
         result = values * 8 * static_cast<double>(layers);
     }
     const double per_pixel = (wants("labels") ? 2.0 : 0.0) +

@@ -1,4 +1,5 @@
 #include "fluovox/core/atomic_file.h"
+#include "fluovox/core/memory.h"
 #include "fluovox/core/progress.h"
 #include "fluovox/core/text.h"
 #include "fluovox/core/version.h"
@@ -11,7 +12,6 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 
 #include <cmath>
 #include <cstdio>
@@ -24,12 +24,6 @@ using Json = nlohmann::ordered_json;
 
 bool are_cubes(const Vec3& voxel) {
     return std::abs(voxel.y - voxel.x) + std::abs(voxel.z - voxel.x) < 1e-6 * voxel.x;
-}
-
-long long peak_bytes() {
-    rusage usage{};
-    ::getrusage(RUSAGE_SELF, &usage);
-    return usage.ru_maxrss * 1024LL;
 }
 
 Json part_json(const PartReport& part) {
@@ -115,7 +109,7 @@ Json report_json(const SpecimenResult& result, const std::string& output) {
     if (!are_cubes(size)) json["voxel_size_um"] = {size.x, size.y, size.z};
     for (const GroupReport& group : result.groups)
         json["groups"].push_back(group_json(group));
-    json["peak_memory_bytes"] = peak_bytes();
+    json["peak_memory_bytes"] = peak_resident_bytes();
     return json;
 }
 
@@ -136,7 +130,7 @@ void print_summary(const SpecimenResult& result, const std::string& output) {
     const Vec3 size = inspect_dye_grid(result.grids.front()).voxel_size_um;
     const std::string voxel = are_cubes(size) ? fmt::format("{:g} um", result.voxel_size_um)
                                               : fmt::format("{:g} x {:g} x {:g} um", size.x, size.y, size.z);
-    fmt::print("{}:{} voxels of {}, {:.2f} s, {} MB\n", output, text, voxel, seconds, peak_bytes() / 1000000);
+    fmt::print("{}:{} voxels of {}, {:.2f} s, {} MB\n", output, text, voxel, seconds, peak_resident_bytes() / 1000000);
 }
 
 /// Files of 16 bits a value keep umol/L: throws where the largest would become infinite, or one would lose digits.

@@ -6,6 +6,8 @@
 
 #include "voxelize_values.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
@@ -279,7 +281,7 @@ SegmentDye parse_label(const CommandLine& line, const std::string& text, std::ve
         const std::vector<std::string> ends = split(range, '-');
         const std::uint64_t first = label_number(line, option, ends.front());
         const std::uint64_t last = ends.size() == 1 ? first : label_number(line, option, ends.back());
-        if (ends.size() > 2 || last < first) line.fail(option + ": " + range + " is no range of labels");
+        if (ends.size() > 2 || last < first) line.fail(fmt::format("{}: {} is no range of labels", option, range));
         dye.labels.emplace_back(first, last);
     }
     const DyeChoice choice =
@@ -369,7 +371,8 @@ std::optional<std::string> segmentation_file(const CommandLine& line) {
 bool parse_voxelize(CommandLine& line, const std::vector<std::string>& arguments, VoxelizeRequest& request) {
     if (!line.parse(arguments)) return false;
     const auto& values = line.values();
-    const bool levelset = values.count("from-levelset") != 0, circuit = values.count("circuit") != 0;
+    const bool levelset = values.count("from-levelset") != 0;
+    const bool circuit = values.count("circuit") != 0;
     if (values.count("mesh") == 0 && !levelset && !circuit) line.fail("which mesh?");
     if (values.count("mesh") != 0 && circuit) line.fail("--circuit names all meshes itself");
     if (values.count("output") == 0) line.fail("where to? add -o OUT.vdb");

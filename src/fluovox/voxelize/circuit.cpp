@@ -37,9 +37,12 @@ constexpr std::array<std::string_view, 11> kColumns = {
 /// Rotation about x, then y, then z, times a scale.
 std::array<Vec3, 3> rotation(double rx_deg, double ry_deg, double rz_deg, double scale) {
     const double rad = std::numbers::pi / 180;
-    const double cx = std::cos(rx_deg * rad), sx = std::sin(rx_deg * rad);
-    const double cy = std::cos(ry_deg * rad), sy = std::sin(ry_deg * rad);
-    const double cz = std::cos(rz_deg * rad), sz = std::sin(rz_deg * rad);
+    const double cx = std::cos(rx_deg * rad);
+    const double sx = std::sin(rx_deg * rad);
+    const double cy = std::cos(ry_deg * rad);
+    const double sy = std::sin(ry_deg * rad);
+    const double cz = std::cos(rz_deg * rad);
+    const double sz = std::sin(rz_deg * rad);
     return {scale * Vec3{cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx},
             scale * Vec3{sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx}, scale * Vec3{-sy, cy * sx, cy * cx}};
 }
@@ -102,6 +105,23 @@ CircuitCell read_cell(const Row& row, const std::filesystem::path& folder, doubl
     return cell;
 }
 
+/// The names of the columns.
+std::vector<std::string> read_header(std::string_view line, const std::string& place) {
+    std::vector<std::string> header = cells_of(line);
+    if (header.size() == 1 && line.find_first_of(";\t") != std::string_view::npos) {
+        throw InputError(place + ": its columns must be separated by commas, not by " +
+                         (line.find(';') != std::string_view::npos ? "semicolons" : "tabs"));
+    }
+    const auto unknown = std::find_if(header.begin(), header.end(), [](const std::string& name) {
+        return std::find(kColumns.begin(), kColumns.end(), name) == kColumns.end();
+    });
+    if (unknown != header.end()) {
+        throw InputError(place + ": no column \"" + *unknown +
+                         "\"; there are file, x, y, z, rx, ry, rz, scale, dye, concentration, label");
+    }
+    return header;
+}
+
 }  // namespace
 
 std::vector<CircuitCell> load_circuit(const std::filesystem::path& file, double um_per_unit) {
@@ -121,17 +141,7 @@ std::vector<CircuitCell> load_circuit(const std::filesystem::path& file, double 
         if (text.empty() || text.front() == '#') continue;
         const std::string place = file.string() + ':' + std::to_string(number);
         if (header.empty()) {
-            header = cells_of(line);
-            if (header.size() == 1 && text.find_first_of(";\t") != std::string::npos) {
-                throw InputError(place + ": its columns must be separated by commas, not by " +
-                                 (text.find(';') != std::string::npos ? "semicolons" : "tabs"));
-            }
-            for (const std::string& name : header) {
-                if (std::find(kColumns.begin(), kColumns.end(), name) == kColumns.end()) {
-                    throw InputError(place + ": no column \"" + name +
-                                     "\"; there are file, x, y, z, rx, ry, rz, scale, dye, concentration, label");
-                }
-            }
+            header = read_header(text, place);
             continue;
         }
         const Row row(header, cells_of(line), place);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
 
 namespace fluovox {
 namespace {
@@ -85,7 +86,6 @@ void Flood::spread_run(const Reached& from) {
 }
 
 void Flood::spread_voxel(const Reached& from) {
-    const auto& blocks = rows_.at(from.row).blocks;
     for (int axis = 0; axis < 3; ++axis) {
         const int stride = kStride[static_cast<std::size_t>(axis)];
         for (const int side : {-1, 1}) {
@@ -94,21 +94,25 @@ void Flood::spread_voxel(const Reached& from) {
                 reach_voxel(from.row, from.number, from.voxel + side * stride);
                 continue;
             }
-            const int across = from.voxel - side * stride * (kBlockSide - 1);  // the voxel of the next block
-            const std::int32_t x = blocks[from.number].x + (axis == 0 ? side : 0);
-            const RowPlace row = axis == 0 ? from.row : beside(from.row, axis, side);
-            const auto at = rows_.find(row);
-            if (at == rows_.end()) continue;
-            const auto& there = at->second.blocks;
-            const auto block = std::lower_bound(there.begin(), there.end(), x,
-                                                [](const Block& b, std::int32_t wanted) { return b.x < wanted; });
-            const auto number = static_cast<std::size_t>(block - there.begin());
-            if (block != there.end() && block->x == x) {
-                reach_voxel(row, number, across);
-            } else {
-                reach_run(row, number);
-            }
+            reach_next_block(from, axis, side);
         }
+    }
+}
+
+/// From a voxel at a block's face to what is on its other side: a voxel, or a run without surface.
+void Flood::reach_next_block(const Reached& from, int axis, int side) {
+    const std::int32_t x = rows_.at(from.row).blocks[from.number].x + (axis == 0 ? side : 0);
+    const RowPlace row = axis == 0 ? from.row : beside(from.row, axis, side);
+    const auto at = rows_.find(row);
+    if (at == rows_.end()) return;
+    const auto& there = at->second.blocks;
+    const auto block = std::lower_bound(there.begin(), there.end(), x,
+                                        [](const Block& b, std::int32_t wanted) { return b.x < wanted; });
+    const auto number = static_cast<std::size_t>(block - there.begin());
+    if (block != there.end() && block->x == x) {
+        reach_voxel(row, number, from.voxel - side * kStride[static_cast<std::size_t>(axis)] * (kBlockSide - 1));
+    } else {
+        reach_run(row, number);
     }
 }
 
@@ -148,20 +152,23 @@ bool Flood::is_inner_wall(const RowPlace& place, std::size_t number, int voxel) 
     return enclosed;
 }
 
-std::vector<Flood::Enclosed> Flood::enclosed() {
+/// The ends of rows, and their sides where no surface is beside them.
+void Flood::reach_from_far() {
     for (auto& [place, row] : rows_) {
         reach_run(place, 0);
         reach_run(place, row.blocks.size());
-        for (const int axis : {1, 2}) {
-            for (const int side : {-1, 1}) {
-                if (rows_.count(beside(place, axis, side)) != 0) continue;
-                for (std::size_t i = 0; i < row.blocks.size(); ++i) {
-                    reach_run(place, i);
-                    reach_face(place, i, axis, side);
-                }
+        for (const auto& [axis, side] : {std::pair{1, -1}, std::pair{1, 1}, std::pair{2, -1}, std::pair{2, 1}}) {
+            if (rows_.contains(beside(place, axis, side))) continue;
+            for (std::size_t i = 0; i < row.blocks.size(); ++i) {
+                reach_run(place, i);
+                reach_face(place, i, axis, side);
             }
         }
     }
+}
+
+/// To everything that can be reached from what was.
+void Flood::spread() {
     while (!edge_.empty()) {
         const Reached from = edge_.back();
         edge_.pop_back();
@@ -171,21 +178,31 @@ std::vector<Flood::Enclosed> Flood::enclosed() {
             spread_voxel(from);
         }
     }
+}
+
+/// Voxels of a block that were not reached, with the walls of cavities.
+Flood::Mask Flood::enclosed_in(const RowPlace& place, const Row& row, std::size_t number) const {
+    const Block& block = row.blocks[number];
+    Mask inside = ~(block.crossed | block.outside);
+    for (int voxel = 0; voxel < kBlockVoxels; ++voxel) {
+        const auto at = static_cast<std::size_t>(voxel);
+        if (block.crossed[at] && is_inner_wall(place, number, voxel)) inside.set(at);
+    }
+    return inside;
+}
+
+std::vector<Flood::Enclosed> Flood::enclosed() {
+    reach_from_far();
+    spread();
     std::vector<Enclosed> found;
     for (const auto& [place, row] : rows_) {
         for (std::size_t i = 0; i < row.blocks.size(); ++i) {
             const auto [begin, end] = run_range(row.blocks, i);
-            if (begin < end && row.run_is_outside[i] == 0) {
+            if (begin < end && row.run_is_outside[i] == 0)
                 found.push_back({place.first, place.second, begin, end, Mask().set()});
-            }
-            Mask inside = ~(row.blocks[i].crossed | row.blocks[i].outside);
-            for (int voxel = 0; voxel < kBlockVoxels; ++voxel) {
-                if (!row.blocks[i].crossed[static_cast<std::size_t>(voxel)]) continue;
-                if (is_inner_wall(place, i, voxel)) inside.set(static_cast<std::size_t>(voxel));
-            }
-            if (inside.any()) {
-                found.push_back({place.first, place.second, row.blocks[i].x, row.blocks[i].x + 1, inside});
-            }
+            const Mask inside = enclosed_in(place, row, i);
+            const std::int32_t x = row.blocks[i].x;
+            if (inside.any()) found.push_back({place.first, place.second, x, x + 1, inside});
         }
     }
     return found;

@@ -50,15 +50,19 @@ private:
     };
 
     void reach_run(const RowPlace& place, std::size_t run);
-    void reach_voxel(const RowPlace& place, std::size_t block, int voxel);
+    void reach_voxel(const RowPlace& place, std::size_t number, int voxel);
     void reach_face(const RowPlace& place, std::size_t block, int axis, int side);
     void spread_run(const Reached& from);
     void spread_voxel(const Reached& from);
+    void reach_next_block(const Reached& from, int axis, int side);
     void reach_beside(const RowPlace& place, std::int32_t begin, std::int32_t end, int axis, int side);
     enum class State { Crossed, Outside, Enclosed };
     /// Of a voxel near block `number` of a row, by its place from that block's corner.
     State state(const RowPlace& home, std::size_t number, const std::array<int, 3>& voxel) const;
     bool is_inner_wall(const RowPlace& place, std::size_t number, int voxel) const;
+    Mask enclosed_in(const RowPlace& place, const Row& row, std::size_t number) const;
+    void reach_from_far();
+    void spread();
 
     std::map<RowPlace, Row> rows_;
     std::vector<Reached> edge_;

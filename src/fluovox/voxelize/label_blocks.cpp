@@ -110,7 +110,7 @@ void put(Tree& tree, Addition<Leaf>& addition) {
 /// 32 bits a label where they do.
 openvdb::GridBase::Ptr narrowed(const openvdb::Int64Grid::Ptr& labels) {
     if (openvdb::tools::minMax(labels->tree()).max() > std::numeric_limits<std::int32_t>::max()) return labels;
-    const auto narrow = openvdb::Int32Grid::create(openvdb::Int32Tree::Ptr(new openvdb::Int32Tree(labels->tree())));
+    const auto narrow = openvdb::Int32Grid::create(std::make_shared<openvdb::Int32Tree>(labels->tree()));
     narrow->setTransform(labels->transformPtr());
     narrow->openvdb::MetaMap::operator=(*labels);
     return narrow;

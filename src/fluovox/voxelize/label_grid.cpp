@@ -39,8 +39,8 @@ void LabelGrid::add(const openvdb::FloatGrid& part, float full, int label) {
         }
         openvdb::CoordBBox box;
         at.getBoundingBox(box);
-        for (auto voxel = box.begin(); voxel != box.end(); ++voxel)
-            claim(*voxel, share, label);
+        for (const openvdb::Coord& voxel : box)
+            claim(voxel, share, label);
     }
 }
 

@@ -26,17 +26,17 @@ Sample sample_at(const unsigned char* samples, std::size_t number, bool swap) {
 }
 
 template <class Sample>
-void copy_integers(const unsigned char* samples, std::size_t count, bool swap, std::uint64_t* labels) {
-    for (std::size_t i = 0; i < count; ++i) {
+void copy_integers(const unsigned char* samples, bool swap, std::span<std::uint64_t> labels) {
+    for (std::size_t i = 0; i < labels.size(); ++i) {
         const auto value = sample_at<Sample>(samples, i, swap);
         labels[i] = value > 0 ? static_cast<std::uint64_t>(value) : 0;
     }
 }
 
 template <class Sample>
-void copy_floats(const unsigned char* samples, std::size_t count, bool swap, std::uint64_t* labels,
-                 const std::string& name, SamplePlace place) {
-    for (std::size_t i = 0; i < count; ++i) {
+void copy_floats(const unsigned char* samples, bool swap, std::span<std::uint64_t> labels, const std::string& name,
+                 SamplePlace place) {
+    for (std::size_t i = 0; i < labels.size(); ++i) {
         const auto value = static_cast<double>(sample_at<Sample>(samples, i, swap));
         constexpr double kMost = 9e15;  // beyond, not every whole number is a double
         if (!(value == std::floor(value) && std::abs(value) < kMost)) {
@@ -49,35 +49,35 @@ void copy_floats(const unsigned char* samples, std::size_t count, bool swap, std
     }
 }
 
-void copy_bits(const unsigned char* samples, std::size_t count, std::uint64_t* labels) {
-    for (std::size_t i = 0; i < count; ++i)
+void copy_bits(const unsigned char* samples, std::span<std::uint64_t> labels) {
+    for (std::size_t i = 0; i < labels.size(); ++i)
         labels[i] = samples[i / 8] >> (7 - i % 8) & 1U;
 }
 
 }  // namespace
 
-void to_labels(const unsigned char* samples, std::size_t count, SampleType type, bool swap, std::uint64_t* labels,
+void to_labels(const unsigned char* samples, SampleType type, bool swap, std::span<std::uint64_t> labels,
                const std::string& name, SamplePlace place) {
     using Kind = SampleType::Kind;
-    if (type.bits == 1) return copy_bits(samples, count, labels);
+    if (type.bits == 1) return copy_bits(samples, labels);
     if (type.kind == Kind::Float) {
-        if (type.bits == 32) return copy_floats<float>(samples, count, swap, labels, name, place);
-        return copy_floats<double>(samples, count, swap, labels, name, place);
+        if (type.bits == 32) return copy_floats<float>(samples, swap, labels, name, place);
+        return copy_floats<double>(samples, swap, labels, name, place);
     }
     const bool is_signed = type.kind == Kind::Signed;
     switch (type.bits) {
         case 8:
-            return is_signed ? copy_integers<std::int8_t>(samples, count, swap, labels)
-                             : copy_integers<std::uint8_t>(samples, count, swap, labels);
+            return is_signed ? copy_integers<std::int8_t>(samples, swap, labels)
+                             : copy_integers<std::uint8_t>(samples, swap, labels);
         case 16:
-            return is_signed ? copy_integers<std::int16_t>(samples, count, swap, labels)
-                             : copy_integers<std::uint16_t>(samples, count, swap, labels);
+            return is_signed ? copy_integers<std::int16_t>(samples, swap, labels)
+                             : copy_integers<std::uint16_t>(samples, swap, labels);
         case 32:
-            return is_signed ? copy_integers<std::int32_t>(samples, count, swap, labels)
-                             : copy_integers<std::uint32_t>(samples, count, swap, labels);
+            return is_signed ? copy_integers<std::int32_t>(samples, swap, labels)
+                             : copy_integers<std::uint32_t>(samples, swap, labels);
         default:
-            return is_signed ? copy_integers<std::int64_t>(samples, count, swap, labels)
-                             : copy_integers<std::uint64_t>(samples, count, swap, labels);
+            return is_signed ? copy_integers<std::int64_t>(samples, swap, labels)
+                             : copy_integers<std::uint64_t>(samples, swap, labels);
     }
 }
 

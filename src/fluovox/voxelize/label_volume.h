@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -57,18 +58,18 @@ LabelVolumeHeader parse_label_header(const LabelVolumeFile& file);
 void read_label_slices(const LabelVolumeFile& file, const LabelVolumeHeader& header, const SliceSink& sink);
 
 LabelVolumeHeader parse_tiff_header(const LabelVolumeFile& file);
-void read_tiff_slices(const LabelVolumeFile& file, const LabelVolumeHeader& header, const SliceSink& sink);
+void read_tiff_slices(const LabelVolumeFile& file, const LabelVolumeHeader& volume, const SliceSink& sink);
 LabelVolumeHeader parse_nrrd_header(const LabelVolumeFile& file);
-void read_nrrd_slices(const LabelVolumeFile& file, const LabelVolumeHeader& header, const SliceSink& sink);
+void read_nrrd_slices(const LabelVolumeFile& file, const LabelVolumeHeader& volume, const SliceSink& sink);
 
 /// Where in the volume a sample is, for messages.
 struct SamplePlace {
     std::int64_t x = 0, y = 0, z = 0;
 };
 
-/// Samples as labels. `swap`: their bytes are in the other order than this machine's. A sample that is no whole number
-/// is an InputError at `place` and further along x.
-void to_labels(const unsigned char* samples, std::size_t count, SampleType type, bool swap, std::uint64_t* labels,
+/// As many samples as there are labels to be. `swap`: their bytes are in the other order than this machine's. A sample
+/// that is no whole number is an InputError at `place` and further along x.
+void to_labels(const unsigned char* samples, SampleType type, bool swap, std::span<std::uint64_t> labels,
                const std::string& name, SamplePlace place);
 
 /// Micrometres per "um", "nm", "micron" ...; 0 for anything else.

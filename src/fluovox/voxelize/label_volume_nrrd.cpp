@@ -247,8 +247,8 @@ void read_steps(const NrrdHeader& header, const std::vector<std::size_t>& axes, 
 /// The bytes of the samples, from raw or compressed data, a piece at a time.
 class SampleStream {
 public:
-    SampleStream(std::string_view data, bool compressed, const std::string& name)
-        : data_(data), compressed_(compressed), name_(name) {
+    SampleStream(std::string_view data, bool compressed, std::string name)
+        : data_(data), compressed_(compressed), name_(std::move(name)) {
         if (!compressed_) return;
         constexpr int kGzipOrZlib = 15 + 32;
         if (inflateInit2(&stream_, kGzipOrZlib) != Z_OK) throw InputError(name_ + ": cannot be decompressed");
@@ -416,8 +416,8 @@ void read_nrrd_slices(const LabelVolumeFile& file, const LabelVolumeHeader& volu
         stream.read(bytes.data(), bytes.size());
         for (std::int64_t y = 0; y < volume.size[1]; ++y) {
             const auto row = static_cast<std::size_t>(y * volume.size[0]);
-            to_labels(bytes.data() + volume.type.bytes(row), static_cast<std::size_t>(volume.size[0]), volume.type,
-                      swap, labels.data() + row, file.name, {0, y, z});
+            const std::span to(labels.data() + row, static_cast<std::size_t>(volume.size[0]));
+            to_labels(bytes.data() + volume.type.bytes(row), volume.type, swap, to, file.name, {0, y, z});
         }
         if (!sink(z, labels)) return;
     }

@@ -265,10 +265,10 @@ std::int64_t read_ome(const TiffFile& tiff, std::string_view text, LabelVolumeHe
 /// Decodes one page, in strips or tiles.
 class PageReader {
 public:
-    PageReader(const TiffFile& tiff, const LabelVolumeHeader& volume, const std::string& name)
+    PageReader(const TiffFile& tiff, const LabelVolumeHeader& volume, std::string name)
         : tiff_(tiff),
           volume_(volume),
-          name_(name),
+          name_(std::move(name)),
           width_(static_cast<std::uint32_t>(volume.size[0])),
           height_(static_cast<std::uint32_t>(volume.size[1])) {}
 
@@ -311,9 +311,9 @@ private:
         const std::size_t columns = std::min(across, width_ - x);
         const std::size_t row_bytes = volume_.type.bytes(across);
         for (std::uint32_t row = 0; row < rows; ++row) {
-            std::uint64_t* const to = labels.data() + static_cast<std::size_t>(y + row) * width_ + x;
+            const std::span to(labels.data() + static_cast<std::size_t>(y + row) * width_ + x, columns);
             // libtiff has swapped the bytes already.
-            to_labels(bytes_.data() + row * row_bytes, columns, volume_.type, false, to, name_, {x, y + row, z});
+            to_labels(bytes_.data() + row * row_bytes, volume_.type, false, to, name_, {x, y + row, z});
         }
     }
 
@@ -386,7 +386,7 @@ void read_tiff_slices(const LabelVolumeFile& file, const LabelVolumeHeader& volu
             tiff.fail(fmt::format("is truncated: slice {} of {} is not there", z, volume.size[2]));
         }
         const auto* const bytes = reinterpret_cast<const unsigned char*>(file.bytes.data() + at);  // NOLINT: bytes
-        to_labels(bytes, labels.size(), volume.type, swap, labels.data(), file.name, {0, 0, z});
+        to_labels(bytes, volume.type, swap, labels, file.name, {0, 0, z});
         if (!sink(z, labels)) return;
     }
 }

@@ -9,6 +9,18 @@ void add_polygon(Mesh& mesh, const std::vector<std::uint32_t>& corners) {
         mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }
 
+/// The corners of a face by their vertices' numbers, with `vertices` of them read so far.
+void read_face(TextScanner& in, std::size_t vertices, std::vector<std::uint32_t>& corners) {
+    corners.clear();
+    for (auto corner = in.token(); !corner.empty(); corner = in.token()) {
+        auto index = to_integer(corner.substr(0, corner.find('/')), in);
+        index = index < 0 ? static_cast<long long>(vertices) + index : index - 1;
+        if (index < 0 || index > 0xfffffffeLL) in.fail("a face uses a vertex that does not exist");
+        corners.push_back(static_cast<std::uint32_t>(index));
+    }
+    if (corners.size() < 3) in.fail("a face has fewer than three corners");
+}
+
 Mesh parse_obj(std::string_view bytes, const std::string& name) {
     Mesh mesh;
     std::vector<std::uint32_t> corners;
@@ -22,15 +34,9 @@ Mesh parse_obj(std::string_view bytes, const std::string& name) {
             const double y = in.number();
             mesh.vertices.push_back({x, y, in.number()});
         } else if (keyword == "f") {
-            corners.clear();
-            for (auto corner = in.token(); !corner.empty(); corner = in.token()) {
-                auto index = to_integer(corner.substr(0, corner.find('/')), in);
-                index = index < 0 ? static_cast<long long>(mesh.vertices.size()) + index : index - 1;
-                if (index < 0 || index > 0xfffffffeLL) in.fail("a face uses a vertex that does not exist");
-                largest = std::max(largest, index);
-                corners.push_back(static_cast<std::uint32_t>(index));
-            }
-            if (corners.size() < 3) in.fail("a face has fewer than three corners");
+            read_face(in, mesh.vertices.size(), corners);
+            for (const std::uint32_t corner : corners)
+                largest = std::max(largest, static_cast<long long>(corner));
             add_polygon(mesh, corners);
         }
     }

@@ -67,6 +67,14 @@ void parse_property(TextScanner& in, std::vector<PlyElement>& elements) {
     elements.back().properties.push_back(property);
 }
 
+PlyFormat parse_format(TextScanner& in) {
+    const auto format = in.token();
+    if (format == "binary_little_endian") return PlyFormat::LittleEndian;
+    if (format == "binary_big_endian") return PlyFormat::BigEndian;
+    if (format != "ascii") in.fail("has an unknown format");
+    return PlyFormat::Ascii;
+}
+
 PlyHeader parse_header(TextScanner& in) {
     PlyHeader header;
     if (!in.next_line('\0') || in.token() != "ply") in.fail("is not a PLY file (it does not begin with \"ply\")");
@@ -74,15 +82,8 @@ PlyHeader parse_header(TextScanner& in) {
     while (in.next_line('\0')) {
         const auto keyword = in.token();
         if (keyword == "format") {
-            const auto format = in.token();
             has_format = true;
-            if (format == "binary_little_endian") {
-                header.format = PlyFormat::LittleEndian;
-            } else if (format == "binary_big_endian") {
-                header.format = PlyFormat::BigEndian;
-            } else if (format != "ascii") {
-                in.fail("has an unknown format");
-            }
+            header.format = parse_format(in);
         } else if (keyword == "element") {
             PlyElement element;
             element.name = in.token();

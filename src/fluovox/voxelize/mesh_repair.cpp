@@ -244,6 +244,7 @@ Part measure(const Mesh& mesh, const Mesh::Triangle& t, const Vec3& origin) {
 std::vector<Part> measure_parts(const Mesh& mesh, const std::vector<std::uint32_t>& component,
                                 const std::vector<std::uint32_t>& firsts) {
     std::vector<Vec3> origins;
+    origins.reserve(firsts.size());
     for (const std::uint32_t t : firsts)
         origins.push_back(mesh.vertices[mesh.triangles[t][0]]);
     std::vector<Part> parts(firsts.size());

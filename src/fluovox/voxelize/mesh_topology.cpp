@@ -145,26 +145,38 @@ struct Step {
     }
 };
 
+/// What one component has of an edge: forward minus backward.
+struct NetUse {
+    std::uint32_t component = 0;
+    int count = 0;
+};
+
+/// The steps that the uses `first` to `last` of one edge leave to be closed. `net` is storage.
+void add_steps(const EdgeUses& uses, std::size_t first, std::size_t last, const std::vector<std::uint32_t>& components,
+               std::vector<NetUse>& net, std::vector<Step>& steps) {
+    const bool paired = last - first == 2 && uses[first].forward() != uses[first + 1].forward();
+    if (paired && components[uses[first].triangle()] == components[uses[first + 1].triangle()]) return;
+    net.clear();
+    for (std::size_t i = first; i < last; ++i) {
+        const std::uint32_t component = components[uses[i].triangle()];
+        auto entry = std::find_if(net.begin(), net.end(), [&](auto& n) { return n.component == component; });
+        if (entry == net.end()) entry = net.insert(entry, {component, 0});
+        entry->count += uses[i].forward() ? 1 : -1;
+    }
+    for (const auto& [component, count] : net) {
+        const Step step = count > 0 ? Step{component, uses[first].high, uses[first].low}
+                                    : Step{component, uses[first].low, uses[first].high};
+        steps.insert(steps.end(), static_cast<std::size_t>(std::abs(count)), step);
+    }
+}
+
 std::vector<Step> closing_steps(const EdgeUses& uses, const std::vector<std::uint32_t>& components) {
     std::vector<Step> steps;
     for (const auto& some : map_chunks(uses.size(), [&](std::size_t begin, std::size_t end) {
              std::vector<Step> found;
-             std::vector<std::pair<std::uint32_t, int>> net;  // component, forward minus backward
+             std::vector<NetUse> net;
              for_each_edge(uses, begin, end, [&](std::size_t first, std::size_t last) {
-                 const bool paired = last - first == 2 && uses[first].forward() != uses[first + 1].forward();
-                 if (paired && components[uses[first].triangle()] == components[uses[first + 1].triangle()]) return;
-                 net.clear();
-                 for (std::size_t i = first; i < last; ++i) {
-                     const std::uint32_t component = components[uses[i].triangle()];
-                     auto entry = std::find_if(net.begin(), net.end(), [&](auto& n) { return n.first == component; });
-                     if (entry == net.end()) entry = net.insert(entry, {component, 0});
-                     entry->second += uses[i].forward() ? 1 : -1;
-                 }
-                 for (const auto& [component, count] : net) {
-                     const Step step = count > 0 ? Step{component, uses[first].high, uses[first].low}
-                                                 : Step{component, uses[first].low, uses[first].high};
-                     found.insert(found.end(), static_cast<std::size_t>(std::abs(count)), step);
-                 }
+                 add_steps(uses, first, last, components, net, found);
              });
              return found;
          }))
@@ -294,7 +306,7 @@ std::pair<std::uint32_t, bool> ParitySets::find(std::uint32_t member) {
     std::uint32_t root = member;
     bool differs = false;
     while (parent_[root] != root) {
-        differs ^= differs_[root] != 0;
+        differs = differs != (differs_[root] != 0);
         root = parent_[root];
     }
     // Everybody on the way now hangs on the root, so that the next search is short.
@@ -304,7 +316,7 @@ std::pair<std::uint32_t, bool> ParitySets::find(std::uint32_t member) {
         const std::uint32_t next = parent_[member];
         parent_[member] = root;
         differs_[member] = static_cast<std::uint8_t>(rest);
-        rest ^= own;
+        rest = rest != own;
         member = next;
     }
     return {root, differs};
@@ -316,7 +328,7 @@ void ParitySets::merge(std::uint32_t a, std::uint32_t b, bool differ) {
     if (root_a == root_b) return;
     const auto [low, high] = std::minmax(root_a, root_b);
     parent_[high] = low;
-    differs_[high] = static_cast<std::uint8_t>(differs_a ^ differs_b ^ differ);
+    differs_[high] = static_cast<std::uint8_t>((differs_a != differs_b) != differ);
 }
 
 std::vector<BoundaryLoop> boundary_loops(const Mesh& mesh, const std::vector<std::uint32_t>& component_of_triangle,

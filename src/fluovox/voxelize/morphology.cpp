@@ -63,13 +63,25 @@ void hand_radii(std::vector<MorphologyPoint>& points, const std::vector<std::uin
         }
     };
     down();
-    for (auto i = order.rbegin(); i != order.rend(); ++i) {
-        const MorphologyPoint& point = points[*i];
+    const std::vector<std::uint32_t> children_first(order.rbegin(), order.rend());
+    for (const std::uint32_t i : children_first) {
+        const MorphologyPoint& point = points[i];
         if (!has_radius(point) || point.parent == kNoParent) continue;
         MorphologyPoint& parent = points[point.parent];
         if (!has_radius(parent) && akin(point, parent)) parent.radius = point.radius;
     }
     down();
+}
+
+/// Gives points without one the least radius of the others, among those that `chosen` takes.
+template <class Chosen>
+void give_least_radius(std::vector<MorphologyPoint>& points, const Chosen& chosen) {
+    double least = std::numeric_limits<double>::max();
+    for (const MorphologyPoint& point : points)
+        if (has_radius(point) && chosen(point)) least = std::min(least, point.radius);
+    if (least == std::numeric_limits<double>::max()) return;
+    for (MorphologyPoint& point : points)
+        if (!has_radius(point) && chosen(point)) point.radius = least;
 }
 
 /// Gives points without a positive radius that of the nearest ancestor of their type that has one, or else of a
@@ -85,20 +97,10 @@ void mend_radii(MorphologyTree& tree, const std::string& name) {
     using Point = MorphologyPoint;
     hand_radii(points, order, [](const Point& a, const Point& b) { return a.type == b.type; });
     hand_radii(points, order, [&](const Point& a, const Point& b) { return soma(a) == soma(b); });
-    for (const bool of_soma : {false, true}) {
-        double least = std::numeric_limits<double>::max();
-        for (const Point& point : points)
-            if (has_radius(point) && soma(point) == of_soma) least = std::min(least, point.radius);
-        if (least == std::numeric_limits<double>::max()) continue;
-        for (Point& point : points)
-            if (!has_radius(point) && soma(point) == of_soma) point.radius = least;
-    }
+    for (const bool of_soma : {false, true})
+        give_least_radius(points, [&](const Point& point) { return soma(point) == of_soma; });
     hand_radii(points, order, [](const Point&, const Point&) { return true; });
-    double least = std::numeric_limits<double>::max();
-    for (const Point& point : points)
-        if (has_radius(point)) least = std::min(least, point.radius);
-    for (Point& point : points)
-        if (!has_radius(point)) point.radius = least;
+    give_least_radius(points, [](const Point&) { return true; });
 }
 
 void add_ball(Morphology& morphology, const Vec3& center, double radius) {
@@ -156,6 +158,36 @@ SomaDrawing add_soma(Morphology& morphology, const MorphologyTree& tree) {
     return {};
 }
 
+/// How many points follow each one, noting roots and branches.
+std::vector<std::uint32_t> count_children(const MorphologyTree& tree, MorphologyReport& report) {
+    std::vector<std::uint32_t> children(tree.points.size(), 0);
+    for (const MorphologyPoint& point : tree.points) {
+        if (point.parent == kNoParent) {
+            ++report.roots;
+        } else if (++children[point.parent] == 2) {
+            ++report.branch_points;
+        }
+    }
+    return children;
+}
+
+/// Draws the way from a point's parent to it.
+void add_segment(Morphology& morphology, const MorphologyPoint& parent, const MorphologyPoint& point,
+                 const SomaDrawing& drawing) {
+    MorphologyReport& report = morphology.report;
+    const double step = length(point.position - parent.position);
+    if (step == 0) ++report.zero_lengths;
+    if (point.type != kSomaType) report.cable_length += step;
+    // A cable that leaves the soma, a spine or an axon that leaves a dendrite is as thick at its foot as it is
+    // itself.
+    const bool sprouts = parent.type != point.type && parent.type >= kSomaType && parent.type <= kLastCableType;
+    if (sprouts && point.type == kSpineType) ++report.spines;
+    if (sprouts && parent.type == kSomaType && drawing.center)
+        morphology.capsules.push_back({*drawing.center, parent.position, point.radius, point.radius});
+    morphology.capsules.push_back(
+        {parent.position, point.position, sprouts ? point.radius : parent.radius, point.radius});
+}
+
 }  // namespace
 
 Morphology build_morphology(MorphologyTree tree, const std::string& name) {
@@ -170,34 +202,15 @@ Morphology build_morphology(MorphologyTree tree, const std::string& name) {
     report.points = tree.points.size();
     report.spines = tree.spines.size();
     const SomaDrawing drawing = add_soma(morphology, tree);
-    std::vector<std::uint32_t> children(tree.points.size(), 0);
-    for (const MorphologyPoint& point : tree.points) {
-        if (point.parent == kNoParent) {
-            ++report.roots;
-        } else if (++children[point.parent] == 2) {
-            ++report.branch_points;
-        }
-    }
+    const std::vector<std::uint32_t> children = count_children(tree, report);
     for (std::size_t i = 0; i < tree.points.size(); ++i) {
         const MorphologyPoint& point = tree.points[i];
-        const bool soma = point.type == kSomaType;
-        if (soma && !drawing.as_segments) continue;
-        if (point.parent == kNoParent) {
-            if (children[i] == 0) add_ball(morphology, point.position, point.radius);
-            continue;
+        if (point.type == kSomaType && !drawing.as_segments) continue;
+        if (point.parent != kNoParent) {
+            add_segment(morphology, tree.points[point.parent], point, drawing);
+        } else if (children[i] == 0) {
+            add_ball(morphology, point.position, point.radius);
         }
-        const MorphologyPoint& parent = tree.points[point.parent];
-        const double step = length(point.position - parent.position);
-        if (step == 0) ++report.zero_lengths;
-        if (!soma) report.cable_length += step;
-        // A cable that leaves the soma, a spine or an axon that leaves a dendrite is as thick at its foot as it is
-        // itself.
-        const bool sprouts = parent.type != point.type && parent.type >= kSomaType && parent.type <= kLastCableType;
-        if (sprouts && point.type == kSpineType) ++report.spines;
-        if (sprouts && parent.type == kSomaType && drawing.center)
-            morphology.capsules.push_back({*drawing.center, parent.position, point.radius, point.radius});
-        morphology.capsules.push_back(
-            {parent.position, point.position, sprouts ? point.radius : parent.radius, point.radius});
     }
     morphology.capsules.insert(morphology.capsules.end(), tree.spines.begin(), tree.spines.end());
     return morphology;

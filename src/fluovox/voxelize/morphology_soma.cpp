@@ -44,11 +44,18 @@ std::optional<Section> measure(const std::vector<Vec3>& contour) {
     const Vec3 u = normalized(cross(n, std::abs(n.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
     const Vec3 v = cross(n, u);
     // Sums over triangles from the origin, with signs, as for any polygon.
-    double first_u = 0, first_v = 0, uu = 0, uv = 0, vv = 0;
+    double first_u = 0;
+    double first_v = 0;
+    double uu = 0;
+    double uv = 0;
+    double vv = 0;
     for (std::size_t i = 0; i < contour.size(); ++i) {
         const Vec3 a = contour[i] - origin;
         const Vec3 b = contour[(i + 1) % contour.size()] - origin;
-        const double au = dot(a, u), av = dot(a, v), bu = dot(b, u), bv = dot(b, v);
+        const double au = dot(a, u);
+        const double av = dot(a, v);
+        const double bu = dot(b, u);
+        const double bv = dot(b, v);
         const double twice = au * bv - av * bu;
         first_u += twice * (au + bu) / 6;
         first_v += twice * (av + bv) / 6;

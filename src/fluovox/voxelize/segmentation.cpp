@@ -27,46 +27,53 @@ struct VoxelFrame {
     Vec3 size_um() const { return {length(steps[0]), length(steps[1]), length(steps[2])}; }
 };
 
+/// Replaces the steps by voxels of the wanted size, along the axes that the file names, if it does.
+void resize_voxels(const Vec3& wanted, const LabelVolumeHeader& volume, VoxelFrame& frame) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<std::size_t>(axis);
+        Vec3 along;
+        along[axis] = 1;
+        frame.steps[i] = wanted[axis] * (volume.steps ? normalized((*volume.steps)[i]) : along);
+    }
+}
+
+void require_plausible_voxels(const Vec3& size_um, const std::string& name) {
+    constexpr double kSmallest = 1e-4;
+    constexpr double kLargest = 1e9;
+    for (const double side : {size_um.x, size_um.y, size_um.z}) {
+        if (side >= kSmallest && side <= kLargest) continue;
+        throw InputError(fmt::format("{}: voxels of {:g} um are {}; check the unit, or give --voxel-size X,Y,Z", name,
+                                     side, side < kSmallest ? "smaller than an atom" : "far too large"));
+    }
+}
+
 VoxelFrame voxel_frame(const Segmentation& segmentation, const LabelVolumeHeader& volume,
                        std::vector<std::string>& remarks) {
     const std::string name = segmentation.file.string();
     const double um = segmentation.um_per_unit > 0 ? segmentation.um_per_unit : volume.um_per_unit;
+    const bool is_known = volume.steps && um > 0;
     VoxelFrame frame;
-    if (volume.steps && um > 0) {
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            frame.steps[axis] = um * (*volume.steps)[axis];
-    }
+    for (std::size_t axis = 0; is_known && axis < 3; ++axis)
+        frame.steps[axis] = um * (*volume.steps)[axis];
     if (segmentation.voxel_size_um) {
         const Vec3 wanted = *segmentation.voxel_size_um;
-        const Vec3 found = volume.steps && um > 0 ? frame.size_um() : wanted;
+        const Vec3 found = is_known ? frame.size_um() : wanted;
         constexpr double kSame = 1e-3;
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto i = static_cast<std::size_t>(axis);
-            Vec3 along;
-            along[axis] = 1;
-            frame.steps[i] = wanted[axis] * (volume.steps ? normalized((*volume.steps)[i]) : along);
-        }
+        resize_voxels(wanted, volume, frame);
         if (length(found - wanted) > kSame * length(wanted)) {
             remarks.push_back(
                 fmt::format("{}: says its voxels are {:.6g} x {:.6g} x {:.6g} um; taken as {:.6g} x "
                             "{:.6g} x {:.6g} um",
                             name, found.x, found.y, found.z, wanted.x, wanted.y, wanted.z));
         }
-    } else if (!volume.steps || um == 0) {
+    } else if (!is_known) {
         throw InputError(fmt::format(
             "{}: does not say {}; add {}--voxel-size X,Y,Z, for example --voxel-size 16nm,16nm,40nm", name,
             volume.missing, volume.steps ? "--mesh-unit nm (or um, mm: what its lengths are in), or " : ""));
     }
     const Vec3 half = 0.5 * (frame.steps[0] + frame.steps[1] + frame.steps[2]);
     frame.first = volume.first && um > 0 ? um * *volume.first : half;
-    const Vec3 size = frame.size_um();
-    constexpr double kSmallest = 1e-4;
-    constexpr double kLargest = 1e9;
-    for (const double side : {size.x, size.y, size.z}) {
-        if (side >= kSmallest && side <= kLargest) continue;
-        throw InputError(fmt::format("{}: voxels of {:g} um are {}; check the unit, or give --voxel-size X,Y,Z", name,
-                                     side, side < kSmallest ? "smaller than an atom" : "far too large"));
-    }
+    require_plausible_voxels(frame.size_um(), name);
     return frame;
 }
 
@@ -243,7 +250,7 @@ SpecimenResult voxelize_segmentation(const Segmentation& segmentation, const Spe
     read_label_slices(file, volume, [&](std::int64_t z, const std::vector<std::uint64_t>& labels) {
         number_slice(labels, volume, z, clip, table, slab);
         const bool last = z + 1 == volume.size[2];
-        if (last || slab.is_last_of_block(z)) filler.add(slab, z, table.labels());
+        if (last || LabelSlab::is_last_of_block(z)) filler.add(slab, z, table.labels());
         progress.advance(1);
         return !progress.stopped();
     });
