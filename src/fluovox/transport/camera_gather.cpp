@@ -4,46 +4,25 @@
 #include <numbers>
 
 namespace fluovox {
-namespace {
-
-// Layers of a film with dyes: total, elastic, fluorescence, dyes.
-constexpr std::size_t kFluorescence = 2, kFirstDye = 3;
-
-}  // namespace
 
 CameraGather::CameraGather(const Scene& scene, const PhotonSpace& space, const PhotonLimits& limits,
                            const ExcitationCache& cache)
-    : scene_(&scene),
-      space_(&space),
-      cache_(&cache),
-      tracer_(scene, space, limits),
-      camera_(scene.description.camera),
-      response_(scene.description.film, scene.description.render.filter),
-      channels_(scene.description.film.channels.size()),
-      layers_(kFirstDye + (scene.description.film.per_dye ? scene.dyes.size() : 0)) {}
+    : scene_(&scene), space_(&space), cache_(&cache), tracer_(scene, space, limits), sample_(scene) {}
 
 std::span<const double> CameraGather::sample(int pixel, std::int64_t sample) {
-    const int width = scene_->description.camera.width;
-    Rng rng(scene_->description.render.seed, static_cast<std::uint64_t>(pixel), static_cast<std::uint64_t>(sample));
-    values_.assign(layers_ * channels_, 0);
+    sample_.begin(pixel, sample);
     by_dye_.assign(scene_->dyes.size(), 0);
     Photon importance;
-    importance.ray = camera_.sample(pixel % width, pixel / width, rng);
-    const Wavelengths drawn = response_.sample_one(rng.uniform());
-    importance.wavelength_nm = drawn.nm[0];
+    importance.ray = sample_.ray();
+    importance.wavelength_nm = sample_.wavelength_nm();
     importance.inside = space_->inside_at(importance.ray);
     camera_index_ = space_->refractive_index(importance.inside);
     Sink sink{this};
-    tracer_.follow(importance, rng, sink);
+    tracer_.follow(importance, sample_.rng(), sink);
     for (std::size_t d = 0; d < by_dye_.size(); ++d) {
-        if (!(by_dye_[d] > 0)) continue;
-        const double photons = by_dye_[d] / drawn.pdf_per_nm[0];
-        for (const std::size_t layer : {std::size_t{0}, kFluorescence, kFirstDye + d}) {
-            if (layer < layers_)
-                response_.add(drawn.nm[0], photons, std::span(values_).subspan(layer * channels_, channels_));
-        }
+        if (by_dye_[d] > 0) sample_.add(d, by_dye_[d] / sample_.pdf_per_nm());
     }
-    return values_;
+    return sample_.values();
 }
 
 TrackingCounts CameraGather::counts() const {

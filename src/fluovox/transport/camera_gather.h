@@ -1,10 +1,8 @@
 #pragma once
 
-#include "fluovox/core/rng.h"
-#include "fluovox/optics/camera_ray.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/transport/excitation_cache.h"
-#include "fluovox/transport/film_response.h"
+#include "fluovox/transport/glow_sample.h"
 #include "fluovox/transport/optical_field.h"
 #include "fluovox/transport/photon_tracer.h"
 
@@ -50,12 +48,9 @@ private:
     const PhotonSpace* space_;
     const ExcitationCache* cache_;
     PhotonTracer<Sink> tracer_;
-    CameraRays camera_;
-    FilmResponse response_;
-    std::size_t channels_, layers_;
+    GlowSample sample_;
     double camera_index_ = 1;
     std::vector<double> by_dye_;  // radiance per nm, um^-2 s^-1 sr^-1 nm^-1
-    std::vector<double> values_;
 };
 
 }  // namespace fluovox

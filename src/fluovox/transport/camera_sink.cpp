@@ -1,17 +1,13 @@
 #include "fluovox/transport/camera_sink.h"
 
+#include "fluovox/transport/film_layers.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <variant>
 
 namespace fluovox {
-namespace {
-
-// Layers of the film, where there are dyes; otherwise there is only the first.
-constexpr std::size_t kElastic = 1, kFluorescence = 2, kFirstDye = 3;
-
-}  // namespace
 
 CameraSink::CameraSink(const Scene& scene, double photons_per_s)
     : scene_(&scene),
@@ -20,9 +16,9 @@ CameraSink::CameraSink(const Scene& scene, double photons_per_s)
       field_(scene),
       photons_per_s_(photons_per_s),
       channels_(scene.description.film.channels.size()),
+      layers_(count_film_layers(scene)),
       of_one_(channels_),
       per_dye_(scene.description.film.per_dye) {
-    layers_ = scene.dyes.empty() ? 1 : kFirstDye + (per_dye_ ? scene.dyes.size() : 0);
     for (const SceneMedium& medium : scene.media)
         g_ = std::max(g_, mean_cosine(medium.phase));
 }
@@ -119,8 +115,8 @@ void CameraSink::add(const Photon& photon, Vec3 from, const CameraConnection& hi
             splats_.push_back({pixel * values_per_pixel() + layer * channels_ + c, value});
         };
         splat(0);
-        if (layers_ > 1) splat(converted ? kFluorescence : kElastic);
-        if (converted && per_dye_) splat(kFirstDye + static_cast<std::size_t>(photon.dye));
+        if (layers_ > 1) splat(converted ? kFluorescencePlace : kElasticPlace);
+        if (converted && per_dye_) splat(kFirstDyePlace + static_cast<std::size_t>(photon.dye));
     }
 }
 

@@ -70,7 +70,7 @@ private:
     FilmResponse response_;
     OpticalField field_;
     double photons_per_s_;
-    std::size_t channels_, layers_ = 1;
+    std::size_t channels_, layers_;
     std::vector<double> of_one_;  // what one photon of this wavelength adds to the channels
     bool per_dye_;
     bool seen_ = false;

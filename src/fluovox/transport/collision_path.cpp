@@ -17,9 +17,6 @@ namespace {
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kSphere_sr = 4 * std::numbers::pi;
 
-// Layers of a film with dyes: total, elastic, fluorescence, dyes.
-constexpr std::size_t kFluorescence = 2, kFirstDye = 3;
-
 // Roulette: false when the path ends; else its weight makes up for those that did.
 bool goes_on(double& weight, Rng& rng) {
     constexpr double kFaint = 0.05;
@@ -39,27 +36,16 @@ bool holds(const Bounds& outer, const Bounds& inner) {
 }  // namespace
 
 CollisionPaths::CollisionPaths(const Scene& scene, const Illumination& illumination)
-    : scene_(&scene),
-      illumination_(&illumination),
-      field_(scene),
-      camera_(scene.description.camera),
-      response_(scene.description.film, scene.description.render.filter),
-      channels_(scene.description.film.channels.size()),
-      layers_(kFirstDye + (scene.description.film.per_dye ? scene.dyes.size() : 0)) {}
+    : scene_(&scene), illumination_(&illumination), field_(scene), sample_(scene) {}
 
 std::span<const double> CollisionPaths::sample(int pixel, std::int64_t sample) {
-    const int width = scene_->description.camera.width;
-    Rng rng(scene_->description.render.seed, static_cast<std::uint64_t>(pixel), static_cast<std::uint64_t>(sample));
-    values_.assign(layers_ * channels_, 0);
-    const Ray ray = camera_.sample(pixel % width, pixel / width, rng);
-    const Wavelengths drawn = response_.sample_one(rng.uniform());
-    nm_ = drawn.nm[0];
-    field_.set_optics(Wavelengths::one(nm_), optics_);
-    trace(ray, drawn.pdf_per_nm[0], rng);
-    return values_;
+    sample_.begin(pixel, sample);
+    field_.set_optics(Wavelengths::one(sample_.wavelength_nm()), optics_);
+    trace(sample_.ray(), sample_.rng());
+    return sample_.values();
 }
 
-void CollisionPaths::trace(Ray ray, double density, Rng& rng) {
+void CollisionPaths::trace(Ray ray, Rng& rng) {
     double weight = 1;
     Lanes likeness;
     while (goes_on(weight, rng)) {
@@ -69,7 +55,7 @@ void CollisionPaths::trace(Ray ray, double density, Rng& rng) {
         weight *= field_.transmittance(ray, spans_, hit->t_um, optics_, Loss::Absorption, rng)[0];
         const double scattering = field_.scattering_at(ray, hit->t_um, spans_, optics_, by_medium_, rng)[0];
         if (field_.concentrations(ray, hit->t_um, spans_, concentrations_, rng))
-            score(ray, hit->t_um, weight / (scattering * density), rng);
+            score(ray, hit->t_um, weight / (scattering * sample_.pdf_per_nm()), rng);
         const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(hit->medium)].phase;
         const double cosine = sample_phase_cosine(phase, rng.uniform());
         ray = {ray.at(hit->t_um), turned(ray.direction, cosine, rng.uniform())};
@@ -90,11 +76,8 @@ void CollisionPaths::score(const Ray& ray, double t_um, double weight, Rng& rng)
     if (!(found > 0)) return;
     for (std::size_t d = 0; d < scene_->dyes.size(); ++d) {
         const Dye& dye = scene_->dyes[d];
-        const double glow =
-            found * weights_[d] * absorption_per_um_per_uM(dye, excitation->wavelength_nm) * dye.emission_per_nm(nm_);
-        for (const std::size_t layer : {std::size_t{0}, kFluorescence, kFirstDye + d}) {
-            if (layer < layers_) response_.add(nm_, glow, std::span(values_).subspan(layer * channels_, channels_));
-        }
+        const double absorbed = absorption_per_um_per_uM(dye, excitation->wavelength_nm);
+        sample_.add(d, found * weights_[d] * absorbed * dye.emission_per_nm(sample_.wavelength_nm()));
     }
 }
 

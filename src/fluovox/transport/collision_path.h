@@ -1,10 +1,9 @@
 #pragma once
 
 #include "fluovox/core/rng.h"
-#include "fluovox/optics/camera_ray.h"
 #include "fluovox/optics/light_sampling.h"
 #include "fluovox/scene/scene.h"
-#include "fluovox/transport/film_response.h"
+#include "fluovox/transport/glow_sample.h"
 #include "fluovox/transport/illumination.h"
 #include "fluovox/transport/optical_field.h"
 
@@ -29,7 +28,7 @@ public:
     const TrackingCounts& counts() { return field_.counts(); }
 
 private:
-    void trace(Ray ray, double density, Rng& rng);
+    void trace(Ray ray, Rng& rng);
     void score(const Ray& ray, double t_um, double weight, Rng& rng);
     double fluence(Vec3 position, const Excitation& excitation, Rng& rng);
     double straight(Vec3 position, std::size_t light, const Excitation& excitation, const LightSample& sample,
@@ -38,14 +37,11 @@ private:
     const Scene* scene_;
     const Illumination* illumination_;
     OpticalField field_;
-    CameraRays camera_;
-    FilmResponse response_;
-    std::size_t channels_, layers_;
-    double nm_ = 0;
+    GlowSample sample_;
     PathOptics optics_, exciting_;
     std::vector<MediumSpan> spans_, shadow_spans_;
     std::vector<Lanes> by_medium_;
-    std::vector<double> concentrations_, weights_, values_;
+    std::vector<double> concentrations_, weights_;
 };
 
 /// Throws SceneError for scenes that these paths cannot show: dyes beside constant scattering hosts, hosts in grids,

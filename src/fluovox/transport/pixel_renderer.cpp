@@ -13,8 +13,8 @@ PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illuminatio
       response_(scene.description.film, scene.description.render.filter),
       orders_(scene.description.render.fluorescence_orders.value_or(PathTask::kNoLimit)),
       dyes_seen_(!scene.dyes.empty() && orders_ > 0 && sought == Sought::All),
-      channels_(scene.description.film.channels.size()) {
-    if (!scene.dyes.empty()) layers_ = kFirstDye + (scene.description.film.per_dye ? scene.dyes.size() : 0);
+      channels_(scene.description.film.channels.size()),
+      layers_(count_film_layers(scene)) {
     for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
         if (response_.sees(illumination.lines()[i].wavelength_nm)) visible_lines_.push_back(i);
     }
@@ -34,7 +34,7 @@ std::span<const double> PixelRenderer::sample(int pixel, std::int64_t sample) {
 
 void PixelRenderer::split_layers() {
     for (std::size_t c = 0; c < channels_; ++c)
-        layer(0)[c] = layer(kElastic)[c] + layer(kFluorescence)[c];
+        layer(kTotalPlace)[c] = layer(kElasticPlace)[c] + layer(kFluorescencePlace)[c];
 }
 
 // Fluorescence, and what lights with a continuous spectrum send to the film unconverted.
@@ -60,9 +60,9 @@ void PixelRenderer::add_continuum(const Ray& ray, Rng& rng) {
     tracer_.estimate(ray, task, rng, radiance_);
     response_.add(optics.wavelengths, radiance_.elastic, layer(elastic_layer()));
     for (std::size_t d = 0; d < radiance_.by_dye.size(); ++d) {
-        response_.add(optics.wavelengths, radiance_.by_dye[d], layer(kFluorescence));
+        response_.add(optics.wavelengths, radiance_.by_dye[d], layer(kFluorescencePlace));
         if (scene_->description.film.per_dye) {
-            response_.add(optics.wavelengths, radiance_.by_dye[d], layer(kFirstDye + d));
+            response_.add(optics.wavelengths, radiance_.by_dye[d], layer(kFirstDyePlace + d));
         }
     }
 }

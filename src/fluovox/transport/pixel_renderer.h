@@ -3,6 +3,7 @@
 #include "fluovox/core/rng.h"
 #include "fluovox/optics/camera_ray.h"
 #include "fluovox/scene/scene.h"
+#include "fluovox/transport/film_layers.h"
 #include "fluovox/transport/film_response.h"
 #include "fluovox/transport/path_tracer.h"
 
@@ -31,9 +32,7 @@ private:
     void add_continuum(const Ray& ray, Rng& rng);
     void add_line(const Ray& ray, Rng& rng);
 
-    // Layers are total, elastic, fluorescence, dyes; without dyes there is only the total.
-    static constexpr std::size_t kElastic = 1, kFluorescence = 2, kFirstDye = 3;
-    std::size_t elastic_layer() const { return scene_->dyes.empty() ? 0 : kElastic; }
+    std::size_t elastic_layer() const { return scene_->dyes.empty() ? kTotalPlace : kElasticPlace; }
     std::span<double> layer(std::size_t index) { return {values_.data() + index * channels_, channels_}; }
     void split_layers();
 
@@ -43,7 +42,7 @@ private:
     FilmResponse response_;
     int orders_;
     bool dyes_seen_;
-    std::size_t channels_, layers_ = 1;
+    std::size_t channels_, layers_;
     int scatterings_ = 0;
     std::vector<std::size_t> visible_lines_;
     std::vector<double> values_;
