@@ -2,6 +2,7 @@
 
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
+#include "fluovox/volume/vdb_structure.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -116,6 +117,7 @@ void inspect_labels(const Grid& grid, GridInfo& info) {
 /// Nothing where the grid is none of whole numbers.
 void inspect_labels(const std::filesystem::path& file, const std::string& name, GridInfo& info) {
     try {
+        check_vdb_checksum(file);
         openvdb::io::File in(file.string());
         in.open();
         const auto grid = in.readGrid(name);

@@ -2,6 +2,7 @@
 
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
+#include "fluovox/volume/vdb_structure.h"
 
 #include <openvdb/openvdb.h>
 
@@ -18,6 +19,7 @@ std::optional<LabelField> LabelField::load(const std::filesystem::path& file, do
     constexpr const char* kName = "labels";
     initialize_openvdb();
     try {
+        check_vdb_checksum(file);
         openvdb::io::File in(file.string());
         in.open();
         if (!in.hasGrid(kName)) return std::nullopt;

@@ -106,7 +106,7 @@ void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
     Cell cell;
     cell.place = {origin.x >> 3, origin.y >> 3, origin.z >> 3};
     if (codes_.size() > std::numeric_limits<std::uint32_t>::max() - 1024)
-        throw InputError("the grid has too many voxels (over 2^32 words)");
+        throw InputError("it has too many voxels (over 2^32 words)");
     cell.brick.base = static_cast<std::uint32_t>(codes_.size());
     LayerMaxima exactly{};
     float highest = 0;
@@ -118,11 +118,10 @@ void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
         highest = std::max(highest, values[i]);
     }
     const LayerMaxima maxima = with_all_layers(exactly);
-    // A little less, as values are rounded when they are packed.
-    const float above = 0.9999F * background_;
-    for (std::size_t axes = 1; axes < 8; ++axes)
-        cell.reached |= maxima[axes] > above ? 1U << axes : 0U;
     cell.brick.scale = highest / 65536;
+    // A step of the codes more, as values are rounded when they are packed.
+    for (std::size_t axes = 1; axes < 8; ++axes)
+        cell.reached |= maxima[axes] > 0 && maxima[axes] + 1.0001F * cell.brick.scale > background_ ? 1U << axes : 0U;
     for (int block = 0; block < 8; ++block)
         cell.brick.child[static_cast<std::size_t>(block)] = pack_block(values, block, cell.brick);
     cells_.push_back(cell);
@@ -131,7 +130,7 @@ void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
 void SparseGridBuilder::add_constant(Voxel origin, int size, float value) {
     if (value == background_) return;
     const std::uint16_t index = constant(value);
-    if (index == SparseGrid::kConstants) throw InputError("the grid has too many different constant tiles (over 256)");
+    if (index == SparseGrid::kConstants) throw InputError("it has too many different constant tiles (over 256)");
     Cell cell;
     cell.brick.child.fill(static_cast<std::uint16_t>(SparseGrid::kConstants + index));
     cell.reached = value > background_ ? 0xfeU : 0U;
@@ -159,8 +158,14 @@ void SparseGridBuilder::set_node_box(SparseGrid& grid) const {
     grid.node_min_ = low;
     grid.node_count_ = {high.x - low.x + 1, high.y - low.y + 1, high.z - low.z + 1};
     grid.group_count_ = {(grid.node_count_.x + 7) >> 3, (grid.node_count_.y + 7) >> 3, (grid.node_count_.z + 7) >> 3};
+    constexpr int kMostGroups = 1 << 16;  // along an axis, of 256 voxels each: a ray passes them one by one
     const double groups = static_cast<double>(grid.group_count_.x) * grid.group_count_.y * grid.group_count_.z;
-    if (groups > 1 << 27) throw InputError("the grid's voxels are spread too far apart (over 2^27 cubes of 256^3)");
+    const int longest = std::max({grid.group_count_.x, grid.group_count_.y, grid.group_count_.z});
+    if (groups > 1 << 27 || longest > kMostGroups) {
+        throw InputError(
+            "its voxels are spread too far apart (over 2^27 cubes of 256^3, or 2^16 of them in a row): it "
+            "is damaged, or has stray voxels that must go");
+    }
     grid.groups_.assign(static_cast<std::size_t>(groups), -1);
 }
 

@@ -42,6 +42,25 @@ void add_tiles(const Node& node, float background, float scale, SparseGridBuilde
     }
 }
 
+// All below the root.
+void add_tree(const FloatGrid& grid, float factor, SparseGridBuilder& builder) {
+    using Lower = FloatGrid::TreeType::RootNodeType::ChildNodeType::ChildNodeType;
+    const float background = grid.background();
+    for (auto upper = grid.tree().root().cbeginChildOn(); upper; ++upper) {
+        add_tiles(*upper, background, factor, builder);
+        for (auto lower = upper->cbeginChildOn(); lower; ++lower)
+            add_tiles<Lower>(*lower, background, factor, builder);
+    }
+    std::array<float, 512> values{};
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        const float* data = leaf->buffer().data();
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = factor * data[i];
+        const openvdb::Coord origin = leaf->origin();
+        builder.add_brick({origin.x(), origin.y(), origin.z()}, values.data());
+    }
+}
+
 }  // namespace
 
 SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string& name,
@@ -53,33 +72,23 @@ SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string
     const float background = grid->background();
     SparseGridBuilder builder(factor * background);
 
-    using Upper = FloatGrid::TreeType::RootNodeType::ChildNodeType;
-    using Lower = Upper::ChildNodeType;
     for (auto tile = grid->tree().root().cbeginValueAll(); tile; ++tile) {
         if (tile.getValue() != background)
             throw InputError(place + ": a constant tile of 4096^3 voxels; densify it first");
     }
-    for (auto upper = grid->tree().root().cbeginChildOn(); upper; ++upper) {
-        add_tiles(*upper, background, factor, builder);
-        for (auto lower = upper->cbeginChildOn(); lower; ++lower)
-            add_tiles<Lower>(*lower, background, factor, builder);
-    }
-    std::array<float, 512> values{};
-    for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
-        const float* data = leaf->buffer().data();
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = factor * data[i];
-        const openvdb::Coord origin = leaf->origin();
-        builder.add_brick({origin.x(), origin.y(), origin.z()}, values.data());
-    }
     const Affine affine = affine_of(*grid, scale.length, place);
     const std::size_t active = grid->activeVoxelCount();
-    grid.reset();
-    SparseGrid result = std::move(builder).finish(affine, active);
+    try {
+        add_tree(*grid, factor, builder);
+        grid.reset();
+        SparseGrid result = std::move(builder).finish(affine, active);
 #ifdef __GLIBC__
-    ::malloc_trim(0);  // the tree is many times larger than what is made of it: back to the system with it
+        ::malloc_trim(0);  // the tree is many times larger than what is made of it: back to the system with it
 #endif
-    return result;
+        return result;
+    } catch (const InputError& e) {
+        throw InputError(place + ": " + e.what());
+    }
 }
 
 }  // namespace fluovox

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <fstream>
 #include <new>
 #include <string_view>
 
@@ -193,6 +194,15 @@ std::string text_metadata(const openvdb::GridBase& grid, const char* key) {
     return value ? value->value() : std::string();
 }
 
+/// Throws std::exception.
+void add_checksum(const fs::path& file) {
+    const std::string line = vdb_checksum_line(file);
+    std::ofstream out(file, std::ios::binary | std::ios::app);
+    out.exceptions(std::ios::failbit | std::ios::badbit);
+    out.write(line.data(), static_cast<std::streamsize>(line.size()));
+    out.close();
+}
+
 }  // namespace
 
 void initialize_openvdb() {
@@ -222,6 +232,7 @@ openvdb::FloatGrid::Ptr load_any_float_grid(const fs::path& file, const std::str
     const auto grids = read_vdb_directory(file);
     const VdbDescriptor& wanted = find_grid(grids, name, file);
     require_float(wanted, file);
+    check_vdb_checksum(file);
     check_vdb_float_grid(file, wanted);
     if (!wanted.parent.empty()) {
         const auto parent = std::find_if(grids.begin(), grids.end(),
@@ -271,7 +282,7 @@ void save_grids(const fs::path& file, const std::vector<openvdb::GridBase::Ptr>&
             openvdb::io::File out(temporary.string());
             out.write(openvdb::GridPtrVec(grids.begin(), grids.end()));
             // The library doesn't notice every failed write; the table of contents does, since it must fit the file.
-            if (read_vdb_directory(temporary).size() == grids.size()) return;
+            if (read_vdb_directory(temporary).size() == grids.size()) return add_checksum(temporary);
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& e) {

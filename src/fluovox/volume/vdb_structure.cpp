@@ -6,11 +6,13 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
@@ -25,6 +27,10 @@ constexpr std::int64_t kMagic = 0x56444220;
 constexpr std::uint32_t kOldestVersion = 222;  // node masks are compressed from here on: OpenVDB 2.0 (2013)
 constexpr std::uint32_t kNewestVersion = 224;
 constexpr std::uint32_t kZip = 1, kActiveMask = 2, kBlosc = 4;
+constexpr std::uint32_t kLeafValues = 512;
+constexpr std::uint64_t kUuidPosition = 21, kUuidLength = 36;
+constexpr std::string_view kChecksumMark = "\nfluovox crc32 ";
+constexpr std::size_t kChecksumLine = kChecksumMark.size() + 8 + 1;  // digits and the line's end
 constexpr std::string_view kHalfSuffix = "_HalfFloat";
 
 /// The bytes of a file, mapped; read front to back, never past the end.
@@ -111,26 +117,43 @@ void skip_metadata(FileBytes& in) {
     }
 }
 
-void skip_transform(FileBytes& in) {
+/// A scale stands with what follows from it: the size of a voxel, and the inverse. A matrix has a last column of zeros
+/// and a one. Far wider than rounding, since other programs may have computed these.
+bool is_consistent(std::string_view type, const std::vector<double>& numbers) {
+    constexpr double kRounding = 1e-6;
+    if (type == "TranslationMap") return true;
+    if (type == "AffineMap" || type == "UnitaryMap") {
+        return std::abs(numbers[3]) < kRounding && std::abs(numbers[7]) < kRounding &&
+               std::abs(numbers[11]) < kRounding && std::abs(numbers[15] - 1) < kRounding;
+    }
+    const double* const scale = numbers.data() + (type.ends_with("TranslateMap") ? 3 : 0);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double size = std::abs(scale[axis]);
+        if (std::abs(scale[axis + 3] - size) > kRounding * size) return false;
+        if (std::abs(scale[axis + 6] * scale[axis] - 1) > kRounding) return false;
+    }
+    return true;
+}
+
+void check_transform(FileBytes& in) {
     using Row = std::pair<std::string_view, std::uint32_t>;
-    static constexpr std::array kSizes = {Row{"AffineMap", 128},
-                                          Row{"UnitaryMap", 128},
-                                          Row{"ScaleMap", 120},
-                                          Row{"UniformScaleMap", 120},
-                                          Row{"TranslationMap", 24},
-                                          Row{"ScaleTranslateMap", 144},
-                                          Row{"UniformScaleTranslateMap", 144}};
+    static constexpr std::array kNumbers = {Row{"AffineMap", 16},
+                                            Row{"UnitaryMap", 16},
+                                            Row{"ScaleMap", 15},
+                                            Row{"UniformScaleMap", 15},
+                                            Row{"TranslationMap", 3},
+                                            Row{"ScaleTranslateMap", 18},
+                                            Row{"UniformScaleTranslateMap", 18}};
     const std::string type = in.text();
-    for (const auto& [name, size] : kSizes) {
+    for (const auto& [name, count] : kNumbers) {
         if (name != type) continue;
-        const char* const bytes = in.skip(size);
-        for (std::uint32_t offset = 0; offset < size; offset += sizeof(double)) {
-            double value = 0;
-            std::memcpy(&value, bytes + offset, sizeof value);
-            if (!(value > -std::numeric_limits<double>::max() && value < std::numeric_limits<double>::max())) {
-                in.damaged("its transform is not finite");
-            }
+        std::vector<double> numbers;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const auto value = in.read<double>();
+            if (!(std::abs(value) < std::numeric_limits<double>::max())) in.damaged("its transform is not finite");
+            numbers.push_back(value);
         }
+        if (!is_consistent(type, numbers)) in.damaged("the numbers of its transform contradict each other");
         return;
     }
     if (type == "NonlinearFrustumMap") {
@@ -194,12 +217,10 @@ std::uint32_t count_on(const char* mask, std::uint32_t bits) {
     return on;
 }
 
-/// Passes over an internal node (32^3 above 16^3 above leaves); returns the number of leaves below it and adds
-/// the places of their masks to `leaf_active`.
-void skip_topology(FileBytes& in, const Storage& storage, int level, std::vector<std::uint16_t>& leaf_active) {
+/// Passes over an internal node (32^3 above 16^3 above leaves); adds the masks of the leaves below it to `leaf_masks`.
+void skip_topology(FileBytes& in, const Storage& storage, int level, std::vector<const char*>& leaf_masks) {
     if (level == 0) {
-        constexpr std::uint32_t kLeafValues = 512;
-        leaf_active.push_back(static_cast<std::uint16_t>(count_on(in.skip(kLeafValues / 8), kLeafValues)));
+        leaf_masks.push_back(in.skip(kLeafValues / 8));
         return;
     }
     const std::uint32_t count = level == 2 ? 32 * 32 * 32 : 16 * 16 * 16;
@@ -207,7 +228,7 @@ void skip_topology(FileBytes& in, const Storage& storage, int level, std::vector
     const std::uint32_t active = count_on(in.skip(count / 8), count);
     skip_values(in, storage, count, active);
     for (std::uint32_t i = 0; i < children; ++i)
-        skip_topology(in, storage, level - 1, leaf_active);
+        skip_topology(in, storage, level - 1, leaf_masks);
 }
 
 void require_origin(FileBytes& in) {
@@ -226,15 +247,16 @@ void skip_tree(FileBytes& in, const Storage& storage) {
         require_origin(in);
         in.skip(sizeof(float) + sizeof(bool));
     }
-    std::vector<std::uint16_t> leaf_active;
+    std::vector<const char*> leaf_masks;
     for (std::uint32_t i = 0; i < children; ++i) {
         require_origin(in);
-        skip_topology(in, storage, 2, leaf_active);
+        skip_topology(in, storage, 2, leaf_masks);
     }
-    for (const std::uint16_t active : leaf_active) {
-        constexpr std::uint32_t kLeafValues = 512;
-        in.skip(kLeafValues / 8);
-        skip_values(in, storage, kLeafValues, active);
+    for (const char* const mask : leaf_masks) {
+        // It stands with the tree and again with the values.
+        if (std::memcmp(mask, in.skip(kLeafValues / 8), kLeafValues / 8) != 0)
+            in.damaged("the two masks of a leaf are not the same");
+        skip_values(in, storage, kLeafValues, count_on(mask, kLeafValues));
     }
 }
 
@@ -251,8 +273,20 @@ void read_header(FileBytes& in, const std::string& file) {
         throw InputError(file + ": was streamed and has no table of contents; write it anew " +
                          "(vdb_tool -read IN -write OUT)");
     }
-    constexpr std::uint64_t kUuidLength = 36;
     in.skip(kUuidLength);
+}
+
+/// Of the first `count` bytes.
+std::string checksum_line(FileBytes& in, std::uint64_t count) {
+    in.seek(0);
+    const auto* const bytes = reinterpret_cast<const Bytef*>(in.skip(count));  // NOLINT(*-reinterpret-cast): bytes
+    constexpr std::uint64_t kBehind = kUuidPosition + kUuidLength;
+    uLong crc = crc32_z(0, bytes, kUuidPosition);
+    crc = crc32_z(crc, bytes + kBehind, count - kBehind);
+    std::array<char, 9> digits{};
+    for (std::size_t i = 0; i < 8; ++i)
+        digits[i] = "0123456789abcdef"[(crc >> (28 - 4 * i)) & 15U];
+    return std::string(kChecksumMark) + digits.data() + '\n';
 }
 
 }  // namespace
@@ -294,10 +328,29 @@ void check_vdb_float_grid(const std::filesystem::path& file, const VdbDescriptor
     storage.compression = in.read<std::uint32_t>();
     storage.bytes_per_value = grid.half ? 2 : 4;
     skip_metadata(in);
-    skip_transform(in);
+    check_transform(in);
     if (!grid.parent.empty()) return;
     skip_tree(in, storage);
     if (in.position() != grid.end_position) in.damaged("a grid does not end where its table of contents says");
+}
+
+std::string vdb_checksum_line(const std::filesystem::path& file) {
+    FileBytes in(file);
+    return checksum_line(in, in.size());
+}
+
+void check_vdb_checksum(const std::filesystem::path& file) {
+    std::uint64_t end = 0;
+    for (const VdbDescriptor& grid : read_vdb_directory(file))
+        end = std::max(end, grid.end_position);
+    FileBytes in(file);
+    if (end == 0) return;
+    in.seek(end);
+    const std::uint64_t left = in.size() - end;
+    const std::string_view line(in.skip(left), left);
+    if (line.empty() || !line.starts_with(kChecksumMark.substr(0, line.size()))) return;
+    if (line.size() != kChecksumLine || line != checksum_line(in, end))
+        in.damaged("its bytes are not those that were written (their checksum is another): copy or make it anew");
 }
 
 }  // namespace fluovox

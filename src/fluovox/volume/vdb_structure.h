@@ -25,7 +25,16 @@ struct VdbDescriptor {
 std::vector<VdbDescriptor> read_vdb_directory(const std::filesystem::path& file);
 
 /// Walks through all of a float grid (metadata, transform, tree, leaf buffers) as OpenVDB would, without keeping
-/// anything. Throws InputError where that reading would leave the file or the format.
+/// anything. Throws InputError where that reading would leave the file or the format, and where what the format says
+/// twice is not twice the same: the numbers of a transform, the masks of a leaf.
 void check_vdb_float_grid(const std::filesystem::path& file, const VdbDescriptor& grid);
+
+/// A line of text for the end of a VDB file, behind the last grid where OpenVDB does not look: a CRC-32 of all bytes
+/// before it, but for the random identifier of the file. Other programs that write the file anew leave it out, so it
+/// never is of other bytes.
+std::string vdb_checksum_line(const std::filesystem::path& file);
+
+/// Throws InputError where a file has such a line and it does not fit. A file without passes.
+void check_vdb_checksum(const std::filesystem::path& file);
 
 }  // namespace fluovox

@@ -1,5 +1,6 @@
 #include "fluovox/core/error.h"
 #include "fluovox/core/rng.h"
+#include "fluovox/volume/sparse_grid.h"
 #include "fluovox/volume/vdb_internal.h"
 
 #include <gtest/gtest.h>
@@ -50,6 +51,12 @@ protected:
     static std::string bytes(const fs::path& file) {
         std::ifstream in(file, std::ios::binary);
         return {std::istreambuf_iterator<char>(in), {}};
+    }
+    /// A file as another program would write it.
+    fs::path foreign() const {
+        const fs::path file = folder_ / "foreign.vdb";
+        openvdb::io::File(file.string()).write({ball("EGFP")});
+        return file;
     }
     fs::path write(const std::string& name, const std::string& content) const {
         std::ofstream(folder_ / name, std::ios::binary) << content;
@@ -174,8 +181,7 @@ TEST_F(VdbFile, EveryTruncationIsNoticed) {
 }
 
 TEST_F(VdbFile, DamagedBytesNeverCrashOrHang) {
-    save_grids(folder_ / "a.vdb", {ball("EGFP")});
-    const std::string whole = bytes(folder_ / "a.vdb");
+    const std::string whole = bytes(foreign());  // without a checksum, which would find all of it
     int refused = 0;
     for (std::uint64_t trial = 0; trial < 400; ++trial) {
         Rng random(7, trial, 0);
@@ -189,6 +195,101 @@ TEST_F(VdbFile, DamagedBytesNeverCrashOrHang) {
         refused += message([&] { load_float_grid(file, ""); }).empty() ? 0 : 1;
     }
     EXPECT_GT(refused, 50);
+}
+
+TEST_F(VdbFile, InAFileOfOursEveryFlippedBitIsFound) {
+    save_grids(folder_ / "a.vdb", {ball("EGFP")});
+    const std::string whole = bytes(folder_ / "a.vdb");
+    int told = 0;
+    for (std::uint64_t trial = 0; trial < 300; ++trial) {
+        Rng random(8, trial, 0);
+        std::string damaged = whole;
+        constexpr std::size_t kLine = 24;  // the checksum's own
+        auto at = static_cast<std::size_t>(random.uniform() * static_cast<double>(whole.size() - kLine));
+        if (trial == 0) at = whole.size() - 3;  // one of its digits
+        if (at >= 21 && at < 57) continue;      // the file's random identifier
+        damaged[at] = static_cast<char>(static_cast<unsigned char>(damaged[at]) ^ (1U << (trial % 8)));
+        const std::string said = message([&] { load_float_grid(write("damaged.vdb", damaged), ""); });
+        EXPECT_FALSE(said.empty()) << at;
+        told += said.find("checksum") != std::string::npos ? 1 : 0;
+    }
+    EXPECT_GT(told, 100);
+}
+
+TEST_F(VdbFile, TheSameGridGivesTheSameChecksumAndFilesWithoutOneAreRead) {
+    const auto last_line = [](const fs::path& file) {
+        const std::string all = bytes(file);
+        return all.substr(all.size() - 24);
+    };
+    save_grids(folder_ / "a.vdb", {ball("EGFP")});
+    save_grids(folder_ / "b.vdb", {ball("EGFP")});
+    EXPECT_EQ(last_line(folder_ / "a.vdb"), last_line(folder_ / "b.vdb"));
+    EXPECT_NE(bytes(folder_ / "a.vdb"), bytes(folder_ / "b.vdb")) << "the identifier";
+    EXPECT_EQ(last_line(folder_ / "a.vdb").substr(0, 15), "\nfluovox crc32 ");
+    // OpenVDB reads ours, and what it writes anew has no checksum that would be of other bytes.
+    openvdb::io::File in((folder_ / "a.vdb").string());
+    in.open();
+    const auto grids = in.getGrids();
+    openvdb::io::File((folder_ / "c.vdb").string()).write(*grids);
+    EXPECT_EQ(last_line(folder_ / "c.vdb").find("fluovox crc32"), std::string::npos);
+    EXPECT_EQ(message([&] { load_float_grid(folder_ / "c.vdb", ""); }), "");
+    EXPECT_EQ(message([&] { load_float_grid(write("d.vdb", bytes(folder_ / "c.vdb") + "something else"), ""); }), "");
+}
+
+TEST_F(VdbFile, ABackgroundFinerThanAGridIsPackedIsRead) {
+    for (const float background : {1e-6F, 2e-5F, 1e-4F, 1e-3F}) {
+        auto grid = openvdb::FloatGrid::create(background);
+        grid->setName("EGFP");
+        auto values = grid->getAccessor();
+        for (int i = 0; i < 512; ++i)  // just below the background, also in the first layers
+            values.setValue({i >> 6, (i >> 3) & 7, i & 7}, 0.99F * background);
+        values.setValue({4, 4, 4}, 10);
+        save_grids(folder_ / "a.vdb", {grid});
+        const SparseGrid packed =
+            SparseGrid::load(folder_ / "a.vdb", "EGFP", [](const GridMetadata& /*unknown*/) { return GridScale{}; });
+        EXPECT_NEAR(packed.trilinear({4, 4, 4}), 10, 1e-3);
+        EXPECT_NEAR(packed.trilinear({-0.5, 0, 0}), static_cast<double>(background),
+                    1e-4 + 0.02 * static_cast<double>(background));
+        EXPECT_GE(packed.max(), 10);
+    }
+}
+
+TEST_F(VdbFile, VoxelsAnAbsurdWayApartAreRefusedInsteadOfPassedOneByOne) {
+    const auto grid = ball("EGFP");
+    grid->tree().setValue({0, 0, -268439552}, 1.0F);
+    save_grids(folder_ / "a.vdb", {grid});
+    const std::string said = message([&] {
+        SparseGrid::load(folder_ / "a.vdb", "EGFP", [](const GridMetadata& /*unknown*/) { return GridScale{}; });
+    });
+    EXPECT_NE(said.find("a.vdb: grid \"EGFP\": its voxels are spread too far apart"), std::string::npos) << said;
+}
+
+TEST_F(VdbFile, WhatTheFormatSaysTwiceMustBeTheSame) {
+    const std::string whole = bytes(foreign());
+    const auto with_flip = [&](std::size_t at, unsigned bit) {
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(static_cast<unsigned char>(damaged[at]) ^ (1U << bit));
+        return message([&] { load_float_grid(write("damaged.vdb", damaged), ""); });
+    };
+    const std::string map = "UniformScaleMap";
+    const std::size_t numbers = whole.find(map) + map.size();
+    constexpr std::size_t kExponent = 6;  // the upper byte but one of a double
+    for (const std::size_t number : {std::size_t{0}, std::size_t{1}, std::size_t{2}, std::size_t{3}, std::size_t{8}}) {
+        EXPECT_NE(with_flip(numbers + 8 * number + kExponent, 4).find("contradict each other"), std::string::npos);
+    }
+    // The first mask of the first leaf lies between the tree's inner nodes and the values.
+    const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(load_float_grid(foreign(), ""));
+    const auto& leaf = *grid->tree().cbeginLeaf();
+    std::string mask(64, '\0');
+    for (std::size_t bit = 0; bit < 512; ++bit) {
+        if (leaf.isValueOn(static_cast<openvdb::Index>(bit)))
+            mask[bit / 8] = static_cast<char>(static_cast<unsigned char>(mask[bit / 8]) | (1U << (bit % 8)));
+    }
+    const std::size_t first = whole.find(mask);
+    const std::size_t second = whole.find(mask, first + 1);
+    ASSERT_NE(second, std::string::npos);
+    EXPECT_NE(with_flip(second + 5, 3).find("the two masks of a leaf"), std::string::npos);
+    EXPECT_NE(with_flip(first + 5, 3), "");
 }
 
 TEST_F(VdbFile, AFailedWriteLeavesTheOldFile) {
