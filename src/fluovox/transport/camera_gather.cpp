@@ -17,7 +17,7 @@ std::span<const double> CameraGather::sample(int pixel, std::int64_t sample) {
     importance.wavelength_nm = sample_.wavelength_nm();
     importance.inside = space_->inside_at(importance.ray);
     camera_index_ = space_->refractive_index(importance.inside);
-    Sink sink{this};
+    Sink sink(this);
     tracer_.follow(importance, sample_.rng(), sink);
     for (std::size_t d = 0; d < by_dye_.size(); ++d) {
         if (by_dye_[d] > 0) sample_.add(d, by_dye_[d] / sample_.pdf_per_nm());

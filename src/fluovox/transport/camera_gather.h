@@ -1,6 +1,7 @@
 #pragma once
 
 #include "fluovox/scene/scene.h"
+#include "fluovox/transport/deaf_sink.h"
 #include "fluovox/transport/excitation_cache.h"
 #include "fluovox/transport/glow_sample.h"
 #include "fluovox/transport/optical_field.h"
@@ -28,18 +29,12 @@ public:
 
 private:
     // What the tracer calls; only flights matter.
-    struct Sink {
+    struct Sink : DeafSink {
+        explicit Sink(CameraGather* gather) : owner(gather) {}
         CameraGather* owner;
         void flight(const Photon& photon, const Flight& flight, const Zone& zone) const {
             owner->collect(photon, flight, zone);
         }
-        void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/) const {}
-        void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/, Vec3 /*position*/) const {}
-        void converted(const Photon& /*photon*/, int /*dye*/, double /*absorbed*/, double /*reemitted*/) const {}
-        void emission(const Photon& /*photon*/) const {}
-        void escaped(const Photon& /*photon*/) const {}
-        void cut(const Photon& /*photon*/, double /*weight*/) const {}
-        void vertex(const Photon& /*photon*/, int /*medium*/) const {}
     };
 
     void collect(const Photon& photon, const Flight& flight, const Zone& zone);

@@ -3,11 +3,11 @@
 #include "fluovox/core/rng.h"
 #include "fluovox/optics/camera_ray.h"
 #include "fluovox/scene/scene.h"
+#include "fluovox/transport/deaf_sink.h"
 #include "fluovox/transport/direction_lobes.h"
 #include "fluovox/transport/film_response.h"
 #include "fluovox/transport/optical_field.h"
 #include "fluovox/transport/photon.h"
-#include "fluovox/transport/photon_media.h"
 
 #include <array>
 #include <cstddef>
@@ -28,7 +28,7 @@ struct Splat {
 using Splats = std::vector<Splat>;
 
 /// Connects what happens to photons with the camera: a sink for PhotonTracer. One per thread.
-class CameraSink {
+class CameraSink : public DeafSink {
 public:
     /// `photons_per_s`: what the weight 1 of a photon stands for.
     CameraSink(const Scene& scene, double photons_per_s);
@@ -50,13 +50,6 @@ public:
 
     void vertex(const Photon& photon, int medium);
     void emission(const Photon& photon);
-
-    void flight(const Photon& /*photon*/, const Flight& /*flight*/, const Zone& /*zone*/) {}
-    void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/) {}
-    void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/, Vec3 /*position*/) {}
-    void converted(const Photon& /*photon*/, int /*dye*/, double /*absorbed*/, double /*reemitted*/) {}
-    void escaped(const Photon& /*photon*/) {}
-    void cut(const Photon& /*photon*/, double /*weight*/) {}
 
 private:
     void set_wavelength(const Photon& photon);

@@ -2,6 +2,7 @@
 
 #include "fluovox/optics/light_emission.h"
 #include "fluovox/optics/light_sampling.h"
+#include "fluovox/transport/deaf_sink.h"
 #include "fluovox/transport/endless.h"
 #include "fluovox/transport/film_response.h"
 #include "fluovox/transport/photon_tracer.h"
@@ -23,7 +24,7 @@ namespace fluovox {
 namespace {
 
 /// Puts what photons could excite into the voxels of every lattice.
-class CacheSink {
+class CacheSink : public DeafSink {
 public:
     CacheSink(const Scene& scene, const std::vector<std::vector<int>>& media, std::vector<VoxelTally>& tallies,
               const std::vector<bool>& direct, bool refracts)
@@ -53,13 +54,6 @@ public:
                                       voxel_rng_);
         }
     }
-    void flight(const Photon& /*photon*/, const Flight& /*flight*/, const Zone& /*zone*/) {}
-    void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/) {}
-    void absorbed(const Photon& /*photon*/, int /*medium*/, double /*weight*/, Vec3 /*position*/) {}
-    void converted(const Photon& /*photon*/, int /*dye*/, double /*absorbed*/, double /*reemitted*/) {}
-    void escaped(const Photon& /*photon*/) {}
-    void cut(const Photon& /*photon*/, double /*weight*/) {}
-    void vertex(const Photon& /*photon*/, int /*medium*/) {}
 
 private:
     void set_wavelength(double nm) {

@@ -125,38 +125,43 @@ void require_sound(const SpecimenPart& part, const MeshReport& mesh) {
         part.name, mesh.boundary_edges, mesh.misoriented_edges, mesh.holes));
 }
 
+class DamageList {
+public:
+    void add(const std::string& what) { text_ += (text_.empty() ? "" : ", ") + what; }
+    void add(std::size_t count, const char* what) {
+        if (count > 0) add(fmt::format("{} {}", count, what));
+    }
+    std::string sentence(const std::string& name) const { return text_.empty() ? text_ : name + ": " + text_; }
+
+private:
+    std::string text_;
+};
+
 /// What is wrong with a mesh that was filled all the same, in one sentence; empty when nothing is.
 std::string damage(const std::string& name, const MeshReport& mesh) {
-    std::string text;
-    const auto add = [&](std::size_t count, const char* what) {
-        if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
-    };
-    add(mesh.boundary_edges, "open edges");
-    add(mesh.misoriented_edges, "mis-oriented edges");
-    add(mesh.nonmanifold_edges, "non-manifold edges");
-    add(mesh.holes, "holes capped");
-    add(mesh.flipped_triangles, "triangles turned");
-    add(mesh.flipped_components, "components turned inside out");
-    add(mesh.guessed_components, "open components were turned by a guess, on which the amount depends");
-    return text.empty() ? text : name + ": " + text;
+    DamageList list;
+    list.add(mesh.boundary_edges, "open edges");
+    list.add(mesh.misoriented_edges, "mis-oriented edges");
+    list.add(mesh.nonmanifold_edges, "non-manifold edges");
+    list.add(mesh.holes, "holes capped");
+    list.add(mesh.flipped_triangles, "triangles turned");
+    list.add(mesh.flipped_components, "components turned inside out");
+    list.add(mesh.guessed_components, "open components were turned by a guess, on which the amount depends");
+    return list.sentence(name);
 }
 
 std::string damage(const std::string& name, const MorphologyReport& report) {
-    std::string text;
-    const auto add = [&](std::size_t count, const char* what) {
-        if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
-    };
-    add(report.mended_radii, "radii of zero or less replaced by a neighbour's");
-    add(report.zero_lengths, "segments of no length");
-    add(report.missing_parents, "points whose parent is missing made roots");
-    add(report.cycles, "cycles cut");
-    add(report.repeated_points, "points with a number used before dropped");
+    DamageList list;
+    list.add(report.mended_radii, "radii of zero or less replaced by a neighbour's");
+    list.add(report.zero_lengths, "segments of no length");
+    list.add(report.missing_parents, "points whose parent is missing made roots");
+    list.add(report.cycles, "cycles cut");
+    list.add(report.repeated_points, "points with a number used before dropped");
     // Each tree of an ASC file is a root of its own.
     const bool one_root = lower_case(std::filesystem::path(name).extension().string()) == ".swc";
-    if (report.roots > 1 && one_root) add(report.roots, "roots");
-    if (report.soma.starts_with("none") || report.soma.starts_with("outline"))
-        text += fmt::format("{}soma: {}", text.empty() ? "" : ", ", report.soma);
-    return text.empty() ? text : name + ": " + text;
+    if (report.roots > 1 && one_root) list.add(report.roots, "roots");
+    if (report.soma.starts_with("none") || report.soma.starts_with("outline")) list.add("soma: " + report.soma);
+    return list.sentence(name);
 }
 
 /// A closed mesh whose volume the voxels miss points to a mistake, ours or in the input; better no file than that one.
