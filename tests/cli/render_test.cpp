@@ -1,6 +1,8 @@
 #include "cli/run_program.h"
 
+#include <csignal>
 #include <string>
+#include <vector>
 
 namespace fluovox::testing {
 namespace {
@@ -48,6 +50,28 @@ protected:
         write(name, text.replace(at, from.size(), to));
     }
 };
+
+// However much there is to do before the next pixel or batch of photons is done.
+TEST_F(RenderTest, EndsSoonAfterItIsAskedToStop) {
+    write("scene.toml", kScene);
+    const std::vector<std::vector<std::string>> commands = {
+        {"render", "scene.toml", "-o", "image.exr", "--samples", "20000000", "--set", "render.estimator=path"},
+        {"render", "scene.toml", "-o", "image.exr", "--samples", "20000000"},
+        {"render", "scene.toml", "-o", "image.exr", "--samples", "20000000", "--set", "render.estimator=light"},
+        {"fluence", "scene.toml", "--photons", "20000000000"},
+    };
+    for (const std::vector<std::string>& command : commands) {
+        RunLimits limits;
+        limits.signal = SIGTERM;
+        limits.seconds = 8;
+        int asked = 0;
+        limits.signal_when = [&] { return ++asked == 100; };
+        const ProgramResult result = run(command, limits);
+        EXPECT_EQ(result.exit_code, 75) << result.command << result.err;
+        EXPECT_FALSE(result.timed_out) << result.command;
+    }
+    EXPECT_EQ(files(), std::vector<std::string>{"scene.toml"});
+}
 
 TEST_F(RenderTest, WritesTheImageAndItsPreview) {
     write("scene.toml", kScene);

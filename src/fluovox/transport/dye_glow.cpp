@@ -69,7 +69,7 @@ DyeGlow::DyeGlow(const Scene& scene, const PhotonSpace& space, const Illuminatio
     }
 }
 
-void DyeGlow::place(std::uint64_t batch, std::int64_t photons) {
+void DyeGlow::place(std::uint64_t batch, std::int64_t photons, const Progress& progress) {
     struct Block {
         const Source* source;
         std::size_t first, last;
@@ -90,13 +90,14 @@ void DyeGlow::place(std::uint64_t batch, std::int64_t photons) {
     offset_ = rng.uniform();
     tbb::enumerable_thread_specific<OpticalField> fields([&] { return OpticalField(*scene_); });
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 1), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+        for (std::size_t i = range.begin(); i < range.end() && !progress.stopped(); ++i) {
             Block& block = blocks[i];
             for (std::size_t brick = block.first; brick < block.last; ++brick)
                 add_places(*block.source, brick, draw, fields.local(), block.places);
         }
     });
     places_.clear();
+    if (progress.stopped()) return;
     double total = 0;
     for (const Block& block : blocks) {
         for (Place place : block.places) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/core/progress.h"
 #include "fluovox/core/rng.h"
 #include "fluovox/optics/camera_ray.h"
 #include "fluovox/scene/scene.h"
@@ -26,8 +27,8 @@ public:
             const ExcitationCache& cache);
 
     /// Draws the places of a batch of about `photons` photons, with random numbers of its own. The same for any number
-    /// of threads.
-    void place(std::uint64_t batch, std::int64_t photons);
+    /// of threads. Returns early, with what must not be used, when the user stops `progress`.
+    void place(std::uint64_t batch, std::int64_t photons, const Progress& progress);
 
     /// False when nothing glows.
     bool glows() const { return !places_.empty(); }

@@ -353,7 +353,7 @@ private:
     void trace_batch(Worker& worker, std::int64_t batch, std::vector<double>& row, Progress& progress) const {
         row.assign(BudgetSink::row_size(layout_), 0);
         worker.sink.start_batch(row);
-        for (std::int64_t n = batch * batch_; n < end_of(batch); ++n) {
+        for (std::int64_t n = batch * batch_; n < end_of(batch) && !progress.stopped(); ++n) {
             const auto number = static_cast<std::uint64_t>(n);
             Rng rng(settings_.seed, number, 0);
             const Photon photon = source_.launch(rng);

@@ -38,7 +38,7 @@ void PhotonRounds::trace(std::int64_t photons, Progress& progress, CameraSink::O
                 batch.clear();
                 const std::int64_t first = std::min(photons, round + b * kBatch);
                 const std::int64_t last = std::min(photons, first + kBatch);
-                for (std::int64_t n = first; n < last; ++n) {
+                for (std::int64_t n = first; n < last && !progress.stopped(); ++n) {
                     trace(worker, n);
                     worker.sink.finish(batch, order);
                 }

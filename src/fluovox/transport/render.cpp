@@ -30,7 +30,7 @@ RenderResult render_by_pixels(const Scene& scene, Progress& progress, const Make
     const int samples = scene.description.render.samples;
     progress.start("rendering", result.film.pixels());
     result.counts = for_each_pixel(result.film.pixels(), progress, make, [&](auto& renderer, int pixel) {
-        for (int sample = 0; sample < samples; ++sample)
+        for (int sample = 0; sample < samples && !progress.stopped(); ++sample)
             result.film.add(pixel, renderer.sample(pixel, sample));
         progress.advance(1);
     });

@@ -109,7 +109,7 @@ private:
         const auto count = static_cast<double>(samples.last - samples.first);
         result_.counts += for_each_pixel(result_.film.pixels(), *progress_, make, [&](auto& renderer, int pixel) {
             const std::span<double> sums = values_of(pixel);
-            for (std::int64_t s = samples.first; s < samples.last; ++s) {
+            for (std::int64_t s = samples.first; s < samples.last && !progress_->stopped(); ++s) {
                 const auto values = renderer.sample(pixel, s);
                 for (std::size_t i = 0; i < sums.size(); ++i)
                     sums[i] += values[i] / count;
@@ -135,7 +135,7 @@ private:
     // As many photons leave the dyes as there are samples.
     void add_photons(std::uint64_t batch, Samples samples) {
         const std::int64_t photons = result_.film.pixels() * (samples.last - samples.first);
-        glow_.place(batch, photons);
+        glow_.place(batch, photons, *progress_);
         if (!glow_.glows()) {
             progress_->advance(photons);
             return;

@@ -1,6 +1,7 @@
 #include "fluovox/transport/voxel_tally.h"
 
 #include "fluovox/transport/absorbed_share.h"
+#include "fluovox/volume/sparse_grid_builder.h"
 
 #include <algorithm>
 #include <array>
@@ -40,6 +41,42 @@ VoxelLattice::Mask voxels_with_values(const SparseGrid& grid, Voxel origin) {
         }
     }
     return mask;
+}
+
+std::vector<Voxel> bricks_in_box(const SparseGrid& grid) {
+    Bounds box;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Bounds& world = grid.bounds();
+        box.add(grid.index_from_world().point({(corner & 1) != 0 ? world.min.x : world.max.x,
+                                               (corner & 2) != 0 ? world.min.y : world.max.y,
+                                               (corner & 4) != 0 ? world.min.z : world.max.z}));
+    }
+    std::vector<Voxel> bricks;
+    const auto low = [](double v) { return static_cast<int>(std::floor(v / kBrick)) * kBrick; };
+    for (int x = low(box.min.x); x <= box.max.x; x += kBrick) {
+        for (int y = low(box.min.y); y <= box.max.y; y += kBrick) {
+            for (int z = low(box.min.z); z <= box.max.z; z += kBrick)
+                bricks.push_back({x, y, z});
+        }
+    }
+    return bricks;
+}
+
+// The bricks of the grid and those above them, into which the values of their last layers reach. Of a fibre's box they
+// are a vanishing part.
+std::vector<Voxel> bricks_near_values(const SparseGrid& grid) {
+    std::vector<std::array<int, 3>> near;
+    for (const Voxel brick : SparseGridBuilder::bricks_of(grid)) {
+        for (int axes = 0; axes < 8; ++axes)
+            near.push_back(
+                {brick.x + kBrick * (axes >> 2), brick.y + kBrick * ((axes >> 1) & 1), brick.z + kBrick * (axes & 1)});
+    }
+    std::sort(near.begin(), near.end());
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    std::vector<Voxel> bricks;
+    for (const auto& [x, y, z] : near)
+        bricks.push_back({x, y, z});
+    return bricks;
 }
 
 /// Cells of `size` voxels: the first, and how many along each axis.
@@ -150,23 +187,11 @@ VoxelLattice VoxelLattice::of(const SparseGrid& grid) {
 VoxelLattice VoxelLattice::with_values(const SparseGrid& grid) {
     VoxelLattice lattice;
     lattice.world_from_index = grid.world_from_index();
-    Bounds box;
-    for (int corner = 0; corner < 8; ++corner) {
-        const Bounds& world = grid.bounds();
-        box.add(grid.index_from_world().point({(corner & 1) != 0 ? world.min.x : world.max.x,
-                                               (corner & 2) != 0 ? world.min.y : world.max.y,
-                                               (corner & 4) != 0 ? world.min.z : world.max.z}));
-    }
-    const auto low = [](double v) { return static_cast<int>(std::floor(v / kBrick)) * kBrick; };
-    for (int x = low(box.min.x); x <= box.max.x; x += kBrick) {
-        for (int y = low(box.min.y); y <= box.max.y; y += kBrick) {
-            for (int z = low(box.min.z); z <= box.max.z; z += kBrick) {
-                const Mask mask = voxels_with_values(grid, {x, y, z});
-                if (mask == Mask{}) continue;
-                lattice.bricks.push_back({x, y, z});
-                lattice.masks.push_back(mask);
-            }
-        }
+    for (const Voxel brick : grid.background() > 0 ? bricks_in_box(grid) : bricks_near_values(grid)) {
+        const Mask mask = voxels_with_values(grid, brick);
+        if (mask == Mask{}) continue;
+        lattice.bricks.push_back(brick);
+        lattice.masks.push_back(mask);
     }
     return lattice;
 }
@@ -208,21 +233,34 @@ VoxelTally::VoxelTally(VoxelLattice lattice, int fields, double photons)
     }
     if (lattice_.bricks.empty()) first_ = last = {0, 0, 0};
     count_ = {last.x - first_.x + 1, last.y - first_.y + 1, last.z - first_.z + 1};
-    brick_.assign(
-        static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) * static_cast<std::size_t>(count_.z),
+    const auto cubes = [](int bricks) { return (bricks + kCube - 1) / kCube; };
+    cubes_ = {cubes(count_.x), cubes(count_.y), cubes(count_.z)};
+    cube_.assign(
+        static_cast<std::size_t>(cubes_.x) * static_cast<std::size_t>(cubes_.y) * static_cast<std::size_t>(cubes_.z),
         -1);
     for (std::size_t i = 0; i < lattice_.bricks.size(); ++i) {
         const Voxel& v = lattice_.bricks[i];
-        brick_[place((v.x >> 3) - first_.x, (v.y >> 3) - first_.y, (v.z >> 3) - first_.z)] =
-            static_cast<std::int32_t>(i);
+        const Voxel at{(v.x >> 3) - first_.x, (v.y >> 3) - first_.y, (v.z >> 3) - first_.z};
+        std::int32_t& cube = cube_[cube_at(at)];
+        if (cube < 0) {
+            cube = static_cast<std::int32_t>(brick_.size() / kBricksPerCube);
+            brick_.resize(brick_.size() + kBricksPerCube, -1);
+        }
+        brick_[static_cast<std::size_t>(cube) * kBricksPerCube + place_in_cube(at)] = static_cast<std::int32_t>(i);
     }
 }
 
-// Of a brick in `brick_`, by its place in the box of bricks.
-std::size_t VoxelTally::place(int x, int y, int z) const {
-    return (static_cast<std::size_t>(x) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(count_.z) +
-           static_cast<std::size_t>(z);
+// Of a place in the box of bricks.
+std::size_t VoxelTally::cube_at(Voxel place) const {
+    return (static_cast<std::size_t>(place.x / kCube) * static_cast<std::size_t>(cubes_.y) +
+            static_cast<std::size_t>(place.y / kCube)) *
+               static_cast<std::size_t>(cubes_.z) +
+           static_cast<std::size_t>(place.z / kCube);
+}
+
+std::size_t VoxelTally::place_in_cube(Voxel place) {
+    return (static_cast<std::size_t>(place.x % kCube) * kCube + static_cast<std::size_t>(place.y % kCube)) * kCube +
+           static_cast<std::size_t>(place.z % kCube);
 }
 
 void VoxelTally::clear() {
@@ -235,7 +273,9 @@ std::int64_t VoxelTally::slot(int x, int y, int z) const {
     const int j = (y >> 3) - first_.y;
     const int k = (z >> 3) - first_.z;
     if (i < 0 || j < 0 || k < 0 || i >= count_.x || j >= count_.y || k >= count_.z) return -1;
-    const std::int32_t brick = brick_[place(i, j, k)];
+    const std::int32_t cube = cube_[cube_at({i, j, k})];
+    if (cube < 0) return -1;
+    const std::int32_t brick = brick_[static_cast<std::size_t>(cube) * kBricksPerCube + place_in_cube({i, j, k})];
     if (brick < 0) return -1;
     return std::int64_t{brick} * static_cast<std::int64_t>(kVoxels) + ((x & 7) << 6 | (y & 7) << 3 | (z & 7));
 }
@@ -259,10 +299,7 @@ template <class Function>
 void VoxelTally::walk(const Ray& ray, double length_um, const Function& visit) const {
     const Ray in_voxels{index_from_world_.point(ray.origin) + Vec3{0.5, 0.5, 0.5},
                         index_from_world_.direction(ray.direction)};
-    const CellBox bricks{{first_.x, first_.y, first_.z}, {count_.x, count_.y, count_.z}, kBrick};
-    const Interval span = inside(bricks, in_voxels, {0, length_um});
-    if (span.empty()) return;
-    march(bricks, in_voxels, span, [&](const std::array<int, 3>& brick, Interval in_brick) {
+    const auto visit_brick = [&](const std::array<int, 3>& brick, Interval in_brick) {
         const std::int64_t first = slot(kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]);
         if (first < 0) return;
         const CellBox voxels{{kBrick * brick[0], kBrick * brick[1], kBrick * brick[2]}, {kBrick, kBrick, kBrick}, 1};
@@ -271,6 +308,23 @@ void VoxelTally::walk(const Ray& ray, double length_um, const Function& visit) c
             const auto index = static_cast<std::size_t>(first >> 9);
             if (lattice_.counts(index, number)) visit(index, number, stretch);
         });
+    };
+    const CellBox bricks{{first_.x, first_.y, first_.z}, {count_.x, count_.y, count_.z}, kBrick};
+    const Interval span = inside(bricks, in_voxels, {0, length_um});
+    if (span.empty()) return;
+    if (cube_.size() == 1) {
+        march(bricks, in_voxels, span, visit_brick);
+        return;
+    }
+    // Cubes without any brick are passed at once. Counted from the first brick, a cube begins at a multiple of them.
+    const Ray from_first{in_voxels.origin - kBrick * Vec3{1.0 * first_.x, 1.0 * first_.y, 1.0 * first_.z},
+                         in_voxels.direction};
+    const CellBox cubes{{0, 0, 0}, {cubes_.x, cubes_.y, cubes_.z}, kCube * kBrick};
+    march(cubes, from_first, span, [&](const std::array<int, 3>& cube, Interval in_cube) {
+        const Voxel at{kCube * cube[0], kCube * cube[1], kCube * cube[2]};
+        if (cube_[cube_at(at)] < 0) return;
+        const CellBox inner{{first_.x + at.x, first_.y + at.y, first_.z + at.z}, {kCube, kCube, kCube}, kBrick};
+        march(inner, in_voxels, in_cube, visit_brick);
     });
 }
 

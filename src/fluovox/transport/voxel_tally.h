@@ -93,7 +93,8 @@ private:
     void add_stretches(const FadingFlight& flight, const AddShares& add);
     template <class Function>
     void walk(const Ray& ray, double length_um, const Function& visit) const;
-    std::size_t place(int x, int y, int z) const;
+    std::size_t cube_at(Voxel place) const;
+    static std::size_t place_in_cube(Voxel place);
     std::int64_t slot(int x, int y, int z) const;
     void add(std::int64_t slot, int field, double amount, Rng& rng);
 
@@ -102,8 +103,13 @@ private:
     double volume_ = 0;  // of a voxel
     double units_ = 0;   // of fixed point in one voxel size of path
     int fields_ = 0;
+    // The box of all bricks is divided into cubes of kCube^3, so that one that is almost empty costs little.
+    static constexpr int kCube = 16;
+    static constexpr std::size_t kBricksPerCube = std::size_t{kCube} * kCube * kCube;
     Voxel first_, count_;              // box of bricks
-    std::vector<std::int32_t> brick_;  // in that box; -1: left out
+    Voxel cubes_;                      // along it
+    std::vector<std::int32_t> cube_;   // in that box, by place: one in `brick_`; -1: no brick is in it
+    std::vector<std::int32_t> brick_;  // per cube and place in it; -1: left out
     std::size_t per_field_ = 0;
     std::vector<std::atomic<std::int64_t>> sums_;
 };

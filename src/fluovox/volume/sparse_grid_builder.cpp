@@ -48,6 +48,9 @@ Voxel smaller(Voxel a, Voxel b) {
 Voxel larger(Voxel a, Voxel b) {
     return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
+bool is_before(Voxel a, Voxel b) {
+    return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z};
+}
 Voxel before(Voxel place, int axes) {
     return {place.x - ((axes >> 2) & 1), place.y - ((axes >> 1) & 1), place.z - (axes & 1)};
 }
@@ -322,6 +325,32 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
         }
     }
     grid.directory_.fill(by_place);
+}
+
+std::vector<Voxel> SparseGridBuilder::bricks_of(const SparseGrid& grid) {
+    std::vector<Voxel> bricks;
+    const auto add_node = [&](const SparseGrid::Node& node, Voxel place) {
+        for (std::uint64_t left = node.mask; left != 0; left &= left - 1) {
+            const int bit = std::countr_zero(left);
+            bricks.push_back({kBrick * (4 * place.x + (bit >> 4)), kBrick * (4 * place.y + ((bit >> 2) & 3)),
+                              kBrick * (4 * place.z + (bit & 3))});
+        }
+    };
+    for (std::size_t g = 0; g < grid.groups_.size(); ++g) {
+        if (grid.groups_[g] < 0) continue;
+        const auto wide = static_cast<std::size_t>(grid.group_count_.z);
+        const auto high = static_cast<std::size_t>(grid.group_count_.y);
+        const Voxel first{grid.node_min_.x + 8 * static_cast<int>(g / (wide * high)),
+                          grid.node_min_.y + 8 * static_cast<int>(g / wide % high),
+                          grid.node_min_.z + 8 * static_cast<int>(g % wide)};
+        for (int slot = 0; slot < static_cast<int>(SparseGrid::kNodesPerGroup); ++slot) {
+            const Voxel place{first.x + (slot >> 6), first.y + ((slot >> 3) & 7), first.z + (slot & 7)};
+            const std::int32_t node = grid.node_at(place.x, place.y, place.z);
+            if (node >= 0) add_node(grid.nodes_[static_cast<std::size_t>(node)], place);
+        }
+    }
+    std::sort(bricks.begin(), bricks.end(), is_before);
+    return bricks;
 }
 
 SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t active_voxels) && {

@@ -22,6 +22,10 @@ public:
 
     SparseGrid finish(const Affine& world_from_index, std::size_t active_voxels) &&;
 
+    /// The other way round: the first voxels of the bricks in which the trilinear field of a grid is not its background
+    /// everywhere (and of few others), in the order of their places. Costs what the grid holds, however far apart.
+    static std::vector<Voxel> bricks_of(const SparseGrid& grid);
+
 private:
     struct Cell {
         Voxel place;  // in bricks

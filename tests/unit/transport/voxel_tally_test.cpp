@@ -1,0 +1,94 @@
+#include "fluovox/transport/voxel_tally.h"
+
+#include "fluovox/core/rng.h"
+#include "fluovox/volume/sparse_grid_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace fluovox {
+namespace {
+
+using Place = std::array<int, 3>;
+
+bool near_a_value(const SparseGrid& grid, Place at) {
+    for (int i = 0; i < 27; ++i) {
+        if (grid.value({at[0] + i / 9 - 1, at[1] + i / 3 % 3 - 1, at[2] + i % 3 - 1}) > 0) return true;
+    }
+    return false;
+}
+
+std::set<Place> counted(const VoxelLattice& lattice) {
+    std::set<Place> voxels;
+    for (std::size_t brick = 0; brick < lattice.bricks.size(); ++brick) {
+        const Voxel first = lattice.bricks[brick];
+        for (int i = 0; i < 512; ++i) {
+            if (lattice.counts(brick, i))
+                voxels.insert({first.x + (i >> 6), first.y + (i >> 3 & 7), first.z + (i & 7)});
+        }
+    }
+    return voxels;
+}
+
+// Voxels at random in two nodes: many at the edges of their bricks and nodes.
+TEST(VoxelLattice, HoldsEachVoxelThatIsNextToAValueAndNoOther) {
+    Rng rng(1, 0, 0);
+    const SparseGrid grid = SparseGrid::from_function({-20, -9, -33}, {15, 20, 9}, Affine{},
+                                                      [&](Voxel) { return rng.uniform() < 0.002 ? 1.0 : 0.0; });
+    const std::set<Place> voxels = counted(VoxelLattice::with_values(grid));
+    std::size_t missing = 0;
+    std::size_t found = 0;
+    for (int x = -40; x < 32; ++x) {
+        for (int y = -32; y < 32; ++y) {
+            for (int z = -56; z < 24; ++z) {
+                const bool is_near = near_a_value(grid, {x, y, z});
+                missing += is_near && voxels.count({x, y, z}) == 0 ? 1 : 0;
+                found += is_near ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_EQ(missing, 0U);
+    EXPECT_EQ(voxels.size(), found);
+    EXPECT_GT(found, 500U);
+}
+
+constexpr int kFar = 8 * 4000;
+
+// Two lone voxels at the ends of the diagonal of a cube of 32000^3.
+SparseGrid ends_of_a_diagonal() {
+    std::array<float, 512> values{};
+    values[0] = 1;
+    SparseGridBuilder builder(0);
+    builder.add_brick({0, 0, 0}, values.data());
+    builder.add_brick({kFar, kFar, kFar}, values.data());
+    return std::move(builder).finish(Affine{}, 2);
+}
+
+TEST(VoxelLattice, CostsWhatTheGridHoldsHoweverLargeItsBox) {
+    const VoxelLattice lattice = VoxelLattice::with_values(ends_of_a_diagonal());
+    EXPECT_EQ(lattice.bricks.size(), 16U);
+    EXPECT_EQ(counted(lattice).size(), 54U);
+}
+
+TEST(VoxelTally, FindsBricksThatLieFarApart) {
+    VoxelTally tally(VoxelLattice::with_values(ends_of_a_diagonal()), 1, 10);
+    Rng rng(1, 0, 0);
+    // Along x beside the first voxel, and along the diagonal through both.
+    tally.add_flight({{{-100, 1, 1}, {1, 0, 0}}, 1e6, 1, 0}, {{0, 1}}, rng);
+    const double along = std::sqrt(3.0);
+    tally.add_flight({{{-10, -10, -10}, {1 / along, 1 / along, 1 / along}}, 1e6, 1, 0}, {{0, 1}}, rng);
+    EXPECT_NEAR(tally.at({0, 1, 1}, 0), 1, 1e-6);
+    EXPECT_NEAR(tally.at({0, 0, 0}, 0), along, 1e-6);
+    EXPECT_NEAR(tally.at({kFar, kFar, kFar}, 0), along, 1e-4);
+    EXPECT_EQ(tally.at({kFar, kFar + 1, kFar + 1}, 0), 0);
+    EXPECT_EQ(tally.at({kFar / 2, kFar / 2, kFar / 2}, 0), 0);
+}
+
+}  // namespace
+}  // namespace fluovox
