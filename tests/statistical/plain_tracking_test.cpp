@@ -3,13 +3,16 @@
 #include "fluovox/image/compare.h"
 #include "fluovox/image/rendered_image.h"
 #include "fluovox/transport/render.h"
+#include "fluovox/volume/sparse_grid_builder.h"
 
 #include "scene_kit.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace fluovox {
 namespace {
@@ -62,6 +65,24 @@ TEST(PlainTracking, GivesTheImageThatFastTrackingGives) {
 
 TEST(PlainTracking, WouldShowATenthMoreOfTheMedium) {
     EXPECT_FALSE(compare(image_of(tubes(1.1), 1, false), image_of(tubes(), 2, true)).same);
+}
+
+// Outside the box of a grid its background is the bound, which rounding must not seem to exceed.
+TEST(PlainTracking, KeepsWithinTheBoundsOfAGridThatGoesOnForEver) {
+    NoProgress silent;
+    Rng rng(3, 0, 0);
+    std::array<float, 512> values{};
+    for (float& value : values)
+        value = static_cast<float>(0.2 + rng.uniform());
+    SparseGridBuilder builder(0.1F);
+    builder.add_brick({0, 0, 0}, values.data());
+    Scene scene = tubes();
+    scene.media = {testing::host(std::move(builder).finish({}, 512), 0.02, 0.01)};
+    scene.description.render.samples = 200;
+    scene.description.render.plain_tracking = true;
+    const RenderResult result = render(scene, silent);
+    EXPECT_GT(result.counts.real_collisions, 10000);
+    EXPECT_EQ(result.counts.bound_violations, 0);
 }
 
 TEST(PlainTracking, NeedsManyMoreTentativeCollisions) {

@@ -41,12 +41,21 @@ public:
     }
 
     Vec3 index_at(double t) const { return origin_ + t * direction_; }
-    /// The trilinear value itself; needs no random numbers. (Rounding could put it above the largest voxel.)
+    /// The trilinear value itself; needs no random numbers. What rounding alone puts above the bound of the stretch is
+    /// put back; what is more above it is left to be found.
     double tap(double t, std::uint64_t /*bits*/) const {
-        return std::min(grid_->trilinear_from_root(index_at(t)), grid_->max());
+        constexpr double kRounding = 1e-6;
+        const double value = grid_->trilinear_from_root(index_at(t));
+        const double bound = bound_at(t);
+        return value > bound && value <= (1 + kRounding) * bound ? bound : value;
     }
 
 private:
+    double bound_at(double t) const {
+        const Segment& box = stretches_[1];
+        return t < box.begin || t > box.end ? stretches_[0].bound : box.bound;
+    }
+
     const SparseGrid* grid_;
     Vec3 origin_, direction_;
     std::array<Segment, 3> stretches_;
