@@ -74,7 +74,9 @@ SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string
 
     for (auto tile = grid->tree().root().cbeginValueAll(); tile; ++tile) {
         if (tile.getValue() != background)
-            throw InputError(place + ": a constant tile of 4096^3 voxels; densify it first");
+            throw InputError(place +
+                             ": has a constant tile of 4096^3 voxels, which no specimen fills; give an even dye as a "
+                             "medium with a region and a concentration instead of a grid");
     }
     const Affine affine = affine_of(*grid, scale.length, place);
     const std::size_t active = grid->activeVoxelCount();
