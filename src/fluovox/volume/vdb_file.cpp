@@ -1,4 +1,5 @@
 #include "fluovox/core/atomic_file.h"
+#include "fluovox/core/digest.h"
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
 #include "fluovox/volume/vdb_structure.h"
@@ -194,6 +195,24 @@ std::string text_metadata(const openvdb::GridBase& grid, const char* key) {
     return value ? value->value() : std::string();
 }
 
+/// The library gives every file a random identifier (a UUID). One that follows from the rest makes files of the same
+/// content the same. Throws std::exception.
+void set_identifier(const fs::path& file) {
+    constexpr std::size_t kAt = 21;  // behind the magic number, three versions and a flag
+    constexpr std::size_t kSize = 36;
+    Digest digest;
+    digest.add_file(file, kAt, kSize);
+    std::string text = digest.finish().substr(0, kSize);
+    for (const std::size_t dash : {8U, 13U, 18U, 23U})
+        text[dash] = '-';
+    text[14] = text[19] = '8';  // RFC 9562: digits of our own making
+    std::fstream out(file, std::ios::binary | std::ios::in | std::ios::out);
+    out.exceptions(std::ios::failbit | std::ios::badbit);
+    out.seekp(kAt);
+    out.write(text.data(), kSize);
+    out.close();
+}
+
 /// Throws std::exception.
 void add_checksum(const fs::path& file) {
     const std::string line = vdb_checksum_line(file);
@@ -282,7 +301,10 @@ void save_grids(const fs::path& file, const std::vector<openvdb::GridBase::Ptr>&
             openvdb::io::File out(temporary.string());
             out.write(openvdb::GridPtrVec(grids.begin(), grids.end()));
             // The library doesn't notice every failed write; the table of contents does, since it must fit the file.
-            if (read_vdb_directory(temporary).size() == grids.size()) return add_checksum(temporary);
+            if (read_vdb_directory(temporary).size() == grids.size()) {
+                set_identifier(temporary);
+                return add_checksum(temporary);
+            }
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& e) {
