@@ -12,8 +12,8 @@ namespace fluovox {
 /// UTF-8.
 char32_t next_character(std::string_view text, std::size_t& at);
 
-/// Appends a character to a UTF-8 text.
-void append_utf8(std::string& text, char32_t character);
+/// Appends the character `c` to a UTF-8 text.
+void append_utf8(std::string& out, char32_t c);
 
 /// UTF-8 as UTF-16 and back; what is not well formed becomes U+FFFD.
 std::u16string to_utf16(std::string_view text);

@@ -196,6 +196,7 @@ std::vector<DisplayRange> write_pixels(std::ofstream& out, const StackInfo& info
         }
     }
     std::vector<DisplayRange> ranges;
+    ranges.reserve(info.channels.size());
     for (int channel = 0; channel < channels; ++channel)
         ranges.push_back(seen.range(channel));
     return ranges;

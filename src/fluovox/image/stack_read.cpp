@@ -71,7 +71,7 @@ private:
     Json load(int plane) {
         image_ = load_exr(file(plane));
         plane_ = plane;
-        const Json note = Json::parse(image_.provenance.stack_note, nullptr, false);
+        Json note = Json::parse(image_.provenance.stack_note, nullptr, false);
         if (!note.is_object() || !note.contains("stack") || !note.contains("scene") || !note.contains("plane"))
             fail(file(plane), "is an image of its own, or of an earlier version, and no plane of a stack");
         if (note.at("plane") != plane) fail(file(plane), "is another plane of its stack than its name says");

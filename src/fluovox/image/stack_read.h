@@ -16,7 +16,7 @@ struct OpenStack {
 };
 
 /// All throw InputError for what is not such a stack, or damaged.
-OpenStack open_tiff_stack(const std::filesystem::path& file);
+OpenStack open_tiff_stack(const std::filesystem::path& path);
 OpenStack open_zarr_stack(const std::filesystem::path& folder);
 /// `stem` is what comes before `exr_plane_ending`.
 OpenStack open_exr_stack(const std::filesystem::path& stem);
