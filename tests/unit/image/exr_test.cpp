@@ -215,7 +215,7 @@ TEST_F(Exr, RefusesWhatIsNotOurs) {
     write(file_, "some text that is long enough to be a header");
     EXPECT_NE(message().find("not a readable OpenEXR"), std::string::npos);
     {
-        const std::vector<Imf::Rgba> pixels(16);
+        const std::vector<Imf::Rgba> pixels(16, Imf::Rgba(0, 0, 0));
         Imf::RgbaOutputFile foreign(file_.c_str(), 4, 4);
         foreign.setFrameBuffer(pixels.data(), 1, 4);
         foreign.writePixels(4);
