@@ -6,8 +6,10 @@
 
 namespace fluovox::bench {
 
-/// Writes every scene of the bench that is not a built-in specimen.
+/// Writes the scenes of fine structures.
 void write_scenes(const std::filesystem::path& folder);
+/// Writes the scene of the cuvette that report_fluorescence renders.
+void write_cuvette(const std::filesystem::path& folder);
 
 /// Elastic light in fine structures: collisions, paths per second, against plain tracking, growth, memory.
 void report_elastic(const std::filesystem::path& folder, Table& table);

@@ -145,8 +145,11 @@ Figures compare_wavelengths(const fs::path& folder) {
 
 }  // namespace
 
-void report_fluorescence(const fs::path& folder, const fs::path& neuron, Table& table) {
+void write_cuvette(const fs::path& folder) {
     write_text_file(folder / "cuvette.toml", kCuvette);
+}
+
+void report_fluorescence(const fs::path& folder, const fs::path& neuron, Table& table) {
     table.heading("fluorescence");
     const Figures slice = measure(2, 3, [&] { return render_slice(neuron); });
     table.at_most("light-sheet slice of 256^3, 128 x 128 x 4, scattered at most once (CPU s)", slice.at("cpu"), 0.5);

@@ -4,7 +4,7 @@
 #   ./tools/bench.sh                    all rows, in a few minutes
 #   ./tools/bench.sh --json bench.json  and the figures for a script
 #   ./tools/bench.sh --only photons     one group: elastic, photons, neuron, fluorescence, sheet
-#   ./tools/bench.sh --write FOLDER     only the scenes, for `fluovox render`
+#   ./tools/bench.sh --write FOLDER     only the scenes (with --only of one group), for `fluovox render`
 set -euo pipefail
 cd "$(dirname "$0")/.."
 ./tools/setup.sh fluovox_bench

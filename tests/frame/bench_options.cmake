@@ -1,0 +1,21 @@
+# What tools/bench.sh is asked for wrongly is told at once, with the exit codes of the program.
+cmake_minimum_required(VERSION 3.25)
+file(REMOVE_RECURSE ${WORK_DIR})
+file(MAKE_DIRECTORY ${WORK_DIR})
+file(WRITE ${WORK_DIR}/file "")
+
+function(expect code message)
+  execute_process(COMMAND ${BENCH} ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE err TIMEOUT 20)
+  if(NOT result STREQUAL code OR NOT "${out}${err}" MATCHES "${message}")
+    message(SEND_ERROR "${ARGN}: exit code ${result} instead of ${code}, or not \"${message}\":\n${out}${err}")
+  endif()
+endfunction()
+
+expect(2 "no such group; they are elastic, photons, neuron, fluorescence, sheet" --only foo)
+expect(2 "--only needs a value" --only)
+expect(2 "unknown" --fast yes)
+expect(2 "photons has no files" --write ${WORK_DIR}/scenes --only photons)
+expect(5 "the folder .*missing does not exist" --json ${WORK_DIR}/missing/bench.json --only photons)
+expect(5 "file/scenes: cannot be made a folder .*name another one" --write ${WORK_DIR}/file/scenes)
+expect(0 "usage: " --help)
+expect(0 "usage: " -h)
