@@ -6,11 +6,16 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
+#include <limits>
+#include <memory>
 #include <system_error>
 #include <utility>
 
 namespace fluovox::tools {
 namespace {
+
+// More only cost memory: each has a renderer of its own.
+constexpr int kMostThreads = 1024;
 
 po::options_description common_options(CommonOptions& common) {
     po::options_description options("Common options");
@@ -60,12 +65,20 @@ bool CommandLine::parse(const std::vector<std::string>& arguments) try {
     po::notify(values_);
     keep_inputs();
     if (common_.threads < 0) fail("--threads must not be negative");
+    if (common_.threads > kMostThreads) {
+        fail("--threads must be " + std::to_string(kMostThreads) + " or less; without it all processors are used");
+    }
     if (common_.threads > 0) limit_threads(common_.threads);
     static constexpr std::array kProgress = {"auto", "bar", "plain", "none"};
     if (std::find(kProgress.begin(), kProgress.end(), common_.progress) == kProgress.end()) {
         fail("--progress is auto, bar, plain or none, not \"" + common_.progress + '"');
     }
     return true;
+} catch (const po::invalid_option_value& e) {
+    if (e.get_option_name() == "--seed") {
+        fail("--seed must be a whole number from 0 to " + std::to_string(std::numeric_limits<std::int64_t>::max()));
+    }
+    fail(e.what());
 } catch (const po::error& e) {
     fail(e.what());
 }

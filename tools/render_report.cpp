@@ -30,6 +30,11 @@ void add_figures(nlohmann::ordered_json& json, const RunFigures& figures) {
     json["bright_relative_error"] = json_or_null(figures.bright_error);
 }
 
+void print_peak_memory(const CommonOptions& common) {
+    if (common.verbose && !common.quiet)
+        fmt::print(stderr, "peak memory {:.0f} MB\n", static_cast<double>(peak_resident_bytes()) * 1e-6);
+}
+
 void print_image_report(const CommonOptions& common, const ImageReport& report) {
     const RunFigures& figures = report.figures;
     if (common.json) {
@@ -52,6 +57,7 @@ void print_image_report(const CommonOptions& common, const ImageReport& report) 
                report.width, report.height, figures.samples, figures.estimator, report.seconds,
                relative_error_text(figures.error, figures.has_light),
                relative_error_text(figures.bright_error, figures.has_light));
+    print_peak_memory(common);
 }
 
 }  // namespace fluovox::tools

@@ -38,6 +38,9 @@ void warn_of_samples(const CommonOptions& common, const RunFigures& figures, con
 /// Adds the figures, the number of threads among them.
 void add_figures(nlohmann::ordered_json& json, const RunFigures& figures);
 
+/// With --verbose: the most memory that the run held at once, reading of the grids included.
+void print_peak_memory(const CommonOptions& common);
+
 /// Names of files on stdout and figures on stderr, or JSON.
 void print_image_report(const CommonOptions& common, const ImageReport& report);
 

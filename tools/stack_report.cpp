@@ -106,6 +106,7 @@ void print_stack_report(const CommandLine& line, const Scene& scene, const Stack
                    relative_error_text(figures.bright_error, figures.has_light));
     }
     fmt::print(stderr, "Open with {}\n", how_to_open(report.format));
+    print_peak_memory(line.common());
 }
 
 }  // namespace fluovox::tools

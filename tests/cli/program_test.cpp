@@ -1,5 +1,8 @@
 #include "cli/run_program.h"
 
+#include <string>
+#include <vector>
+
 namespace fluovox::testing {
 namespace {
 
@@ -11,6 +14,19 @@ TEST_F(ProgramTest, AnswersHelpVersionAndUnknownCommands) {
         {"a command that does not exist", {"rendre"}, 2, "no command \"rendre\"", "^$"},
     });
     EXPECT_TRUE(files().empty());
+}
+
+TEST_F(ProgramTest, NumbersThatAreTooLargeAreToldWithTheirRange) {
+    write("seed.toml", "[render]\nseed = 18446744073709551615\n");
+    const std::string most = "9223372036854775807";
+    expect_rows({
+        {"on the command line",
+         {"render", "seed.toml", "-o", "a.exr", "--seed", "18446744073709551615"},
+         2,
+         "--seed must be a whole number from 0 to " + most},
+        {"in a scene", {"check", "seed.toml"}, 3, "seed.toml:2:.*a seed, go up to " + most},
+        {"threads", {"render", "seed.toml", "-o", "a.exr", "--threads", "100000"}, 2, "--threads must be 1024 or less"},
+    });
 }
 
 // The harness must see what it claims to see.

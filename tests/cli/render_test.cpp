@@ -73,6 +73,25 @@ TEST_F(RenderTest, EndsSoonAfterItIsAskedToStop) {
     EXPECT_EQ(files(), std::vector<std::string>{"scene.toml"});
 }
 
+TEST_F(RenderTest, SeedsThatAreTooLargeAreToldWithTheirRange) {
+    write_changed("real.toml", "samples = 8", "seed = 1e19");
+    const std::string range = "must be a whole number from 0 to 9223372036854775807";
+    expect_rows({
+        {"as a real number", {"check", "real.toml"}, 3, "real.toml:[0-9]+:.*" + range},
+        {"set", {"check", "real.toml", "--set", "render.seed=18446744073709551615"}, 3, "--set.*" + range},
+    });
+}
+
+TEST_F(RenderTest, SaysHowMuchMemoryItTookWhereMoreIsAskedFor) {
+    write("scene.toml", kScene);
+    const std::vector<std::string> command = {"render", "scene.toml", "-o", "image.exr", "--samples", "1"};
+    EXPECT_FALSE(found("peak memory", run(command).err));
+    std::vector<std::string> verbose = command;
+    verbose.emplace_back("-v");
+    const ProgramResult result = run(verbose);
+    EXPECT_TRUE(found("peak memory [1-9][0-9]* MB", result.err)) << result.err;
+}
+
 TEST_F(RenderTest, WritesTheImageAndItsPreview) {
     write("scene.toml", kScene);
     expect_rows({

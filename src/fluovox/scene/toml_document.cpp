@@ -26,6 +26,8 @@ std::string parse_complaint(const toml::parse_error& failure) {
     if (failure.description().find("expected a comment or whitespace") != std::string_view::npos) {
         message += "; texts and quantities need quotes, for example \"6.5 um\"";
     }
+    if (failure.description().find("not representable in 64 bits") != std::string_view::npos)
+        message += ": whole numbers, such as a seed, go up to 9223372036854775807";
     return message;
 }
 
