@@ -319,6 +319,7 @@ private:
         for (std::size_t m = 0; m < scene_->media.size(); ++m) {
             const SceneMedium& medium = scene_->media[m];
             if (!medium.grid || medium.dye < 0) continue;
+            if (medium.grid->background() > 0) require_room_for_box(*medium.grid);
             VoxelLattice lattice = VoxelLattice::of(*medium.grid);
             const auto known = std::find(lattices.begin(), lattices.end(), lattice);
             own_lattice_[m] = static_cast<std::size_t>(known - lattices.begin());
@@ -328,6 +329,18 @@ private:
         throw SceneError(place,
                          "no dye has a grid whose voxels could be used; say how large voxels shall be "
                          "(--voxel-size 1um)");
+    }
+
+    // A grid with a background has values in its whole box: that must be known before its bricks are listed.
+    void require_room_for_box(const SparseGrid& grid) const {
+        const Vec3 size = grid.bounds().size();
+        const auto& rows = grid.world_from_index().rows;
+        const double voxels = size.x * size.y * size.z / std::abs(dot(rows[0], cross(rows[1], rows[2])));
+        if (voxels * 16 <= settings_.max_bytes) return;
+        throw InputError(fmt::format(
+            "a dye's grid has a background, so that all {:.3g} voxels of its box count, which are too many; "
+            "say how large voxels shall be (--voxel-size), or raise --max-bytes",
+            voxels));
     }
 
     void trace_round(std::int64_t batches, Progress& progress) {

@@ -1,7 +1,12 @@
 #include "fluovox/transport/voxel_tally.h"
 
+#include "fluovox/core/error.h"
+#include "fluovox/core/progress.h"
 #include "fluovox/core/rng.h"
+#include "fluovox/transport/fluence.h"
 #include "fluovox/volume/sparse_grid_builder.h"
+
+#include "scene_kit.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +14,7 @@
 #include <cmath>
 #include <cstdint>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -61,10 +67,11 @@ TEST(VoxelLattice, HoldsEachVoxelThatIsNextToAValueAndNoOther) {
 constexpr int kFar = 8 * 4000;
 
 // Two lone voxels at the ends of the diagonal of a cube of 32000^3.
-SparseGrid ends_of_a_diagonal() {
+SparseGrid ends_of_a_diagonal(float background = 0) {
     std::array<float, 512> values{};
+    values.fill(background);
     values[0] = 1;
-    SparseGridBuilder builder(0);
+    SparseGridBuilder builder(background);
     builder.add_brick({0, 0, 0}, values.data());
     builder.add_brick({kFar, kFar, kFar}, values.data());
     return std::move(builder).finish(Affine{}, 2);
@@ -74,6 +81,23 @@ TEST(VoxelLattice, CostsWhatTheGridHoldsHoweverLargeItsBox) {
     const VoxelLattice lattice = VoxelLattice::with_values(ends_of_a_diagonal());
     EXPECT_EQ(lattice.bricks.size(), 16U);
     EXPECT_EQ(counted(lattice).size(), 54U);
+}
+
+TEST(Fluence, RefusesTheWholeBoxOfABackgroundBeforeItsBricksAreListed) {
+    NoProgress silent;
+    Scene scene;
+    scene.media = {testing::dye_in(ends_of_a_diagonal(0.1F), 0)};
+    scene.dyes = {testing::flat_dye(1e-3, 480, 500, 510, 550, 0.5)};
+    scene.lights = {testing::laser(BeamLight{}, 488, 1e-3)};
+    FluenceSettings settings;
+    settings.grids = true;
+    settings.photons = 1;
+    try {
+        trace_fluence(scene, settings, silent);
+        FAIL() << "nothing was refused";
+    } catch (const Error& e) {
+        EXPECT_NE(std::string(e.what()).find("has a background"), std::string::npos) << e.what();
+    }
 }
 
 TEST(VoxelTally, FindsBricksThatLieFarApart) {
