@@ -289,6 +289,17 @@ TEST_F(VdbFile, VoxelsAnAbsurdWayApartAreRefusedInsteadOfPassedOneByOne) {
     EXPECT_NE(said.find("a.vdb: grid \"EGFP\": its voxels are spread too far apart"), std::string::npos) << said;
 }
 
+TEST_F(VdbFile, VoxelsAtBothEndsOfAllNumbersAreRefusedToo) {
+    const auto grid = ball("EGFP");
+    grid->tree().setValue({1 << 30, 0, 0}, 1.0F);
+    grid->tree().setValue({-(1 << 30), 0, 0}, 1.0F);
+    save_grids(folder_ / "a.vdb", {grid});
+    const std::string said = message([&] {
+        SparseGrid::load(folder_ / "a.vdb", "EGFP", [](const GridMetadata& /*unknown*/) { return GridScale{}; });
+    });
+    EXPECT_NE(said.find("a.vdb: grid \"EGFP\": its voxels are spread too far apart"), std::string::npos) << said;
+}
+
 TEST_F(VdbFile, WhatTheFormatSaysTwiceMustBeTheSame) {
     const std::string whole = bytes(foreign());
     const auto with_flip = [&](std::size_t at, unsigned bit) {
