@@ -11,7 +11,7 @@ namespace fluovox {
 /// What tracking met; summed over threads.
 struct TrackingCounts {
     std::int64_t real_collisions = 0;    ///< scatterings and conversions
-    std::int64_t null_collisions = 0;    ///< tentative ones of free flights that were not real
+    std::int64_t null_collisions = 0;    ///< tentative ones (by the local bound) of free flights that were not real
     std::int64_t shadow_collisions = 0;  ///< tentative ones of transmittances
     std::int64_t grid_lookups = 0;
     std::int64_t bound_violations = 0;  ///< a value above its bound: must stay zero
@@ -19,14 +19,15 @@ struct TrackingCounts {
     TrackingCounts& operator+=(const TrackingCounts& other);
 };
 
-// Tracking of one coefficient (per um and unit of the grid, positive) through one grid, stretch by stretch. `Tap` gives
-// a stochastic tap of the grid: value(t, bits).
+// Tracking of one coefficient (per um and unit of the grid, positive) through one grid, stretch by stretch. A `Tap`
+// gives stochastic taps of the grid: at(t) is a place; local_bound(place, bound, bits) the bound there, or 0 with the
+// probability that a tentative collision with `bound` is none with that; value(place, bits).
 
-/// One tap at `t`, counted.
-template <class Tap>
-double counted_tap(const Tap& tap, double bound, double t, Rng& rng, TrackingCounts& counts) {
+/// One tap where the grid is at most `bound`, counted.
+template <class Tap, class Place>
+double counted_tap(const Tap& tap, const Place& place, double bound, std::uint64_t bits, TrackingCounts& counts) {
     ++counts.grid_lookups;
-    const double value = tap(t, rng.bits());
+    const double value = tap.value(place, bits);
     if (value > bound) ++counts.bound_violations;
     return value;
 }
@@ -48,24 +49,33 @@ public:
     /// Micrometres along the ray; infinite when there was none.
     double found() const { return found_; }
 
-private:
-    // Once the next tentative collision is known to be there.
+    /// Optical depth by the bounds to the next tentative collision.
+    double rest() const { return depth_.rest(); }
+    void set_rest(double rest) { depth_ = ExponentialDistance(rest); }
+
+    /// The same once the next tentative collision is known to be there.
     template <class Tap>
     bool look_inside(double t, double end, double bound, const Tap& tap) {
         const double majorant = coefficient_ * bound;
         do {
             t += depth_.rest() / majorant;
-            const double value = counted_tap(tap, bound, t, *rng_, *counts_);
-            if (value > 0 && rng_->uniform() * bound < value) {
-                found_ = t;
-                return true;
+            const auto place = tap.at(t);
+            const std::uint64_t bits = rng_->bits();
+            const double local = tap.local_bound(place, bound, bits);
+            if (local > 0) {
+                const double value = counted_tap(tap, place, local, bits, *counts_);
+                if (value > 0 && rng_->uniform() * local < value) {
+                    found_ = t;
+                    return true;
+                }
+                ++counts_->null_collisions;
             }
-            ++counts_->null_collisions;
             depth_ = ExponentialDistance(*rng_);
         } while (depth_.ends_within(majorant * (end - t)));
         return false;
     }
 
+private:
     double coefficient_;
     Rng* rng_;
     TrackingCounts* counts_;
@@ -90,7 +100,11 @@ public:
 
     double left() const { return left_; }
 
-private:
+    /// Optical depth by the bounds to the next tentative collision.
+    double rest() const { return depth_.rest(); }
+    void set_rest(double rest) { depth_ = ExponentialDistance(rest); }
+
+    /// The same once the next tentative collision is known to be there.
     template <class Tap>
     bool look_inside(double t, double end, double bound, const Tap& tap) {
         constexpr double kDim = 0.1;
@@ -102,10 +116,14 @@ private:
         do {
             t += depth_.rest() / majorant;
             depth_ = ExponentialDistance(*rng_);
+            const auto place = tap.at(t);
+            const std::uint64_t bits = rng_->bits();
+            const double local = tap.local_bound(place, bound, bits);
+            if (local <= 0) continue;
             ++counts_->shadow_collisions;
-            const double value = counted_tap(tap, bound, t, *rng_, *counts_);
+            const double value = counted_tap(tap, place, local, bits, *counts_);
             if (value <= 0) continue;
-            left_ *= 1 - value / bound;
+            left_ *= 1 - value / local;
             if (left_ >= kDim) continue;
             const bool survives = rng_->uniform() * kDim < left_;
             left_ = survives ? kDim : 0;
@@ -114,6 +132,7 @@ private:
         return false;
     }
 
+private:
     double coefficient_;
     Rng* rng_;
     TrackingCounts* counts_;

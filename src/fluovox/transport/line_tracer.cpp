@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 namespace fluovox {
 namespace {
@@ -79,13 +78,19 @@ bool LineTracer::is_thick(const PathOptics& optics) const {
 }
 
 bool LineTracer::find_lit_sections(const Ray& ray, const PathTask& task, bool thick) {
-    lit_.clear();
     sections_ = 0;
-    std::optional<Interval> reach;
-    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
-        const bool shines = task.light_photons[l][0] > 0 && !(thick && broad_[l] != 0);
-        if (shines && !reach) reach = field_->reach(ray, spans_);
-        lit_.emplace_back(scene_->lights[l], ray, shines ? *reach : Interval{0, 0});
+    const auto is_sought = [&](std::size_t light) {
+        return task.light_photons[light][0] > 0 && !(thick && broad_[light] != 0);
+    };
+    const std::size_t lights = scene_->lights.size();
+    bool any = false;
+    for (std::size_t l = 0; l < lights; ++l)
+        any = any || is_sought(l);
+    if (!any) return false;
+    lit_.clear();
+    const Interval reach = field_->reach(ray, spans_);
+    for (std::size_t l = 0; l < lights; ++l) {
+        lit_.emplace_back(scene_->lights[l], ray, is_sought(l) ? reach : Interval{0, 0});
         sections_ += lit_.back() ? 1 : 0;
     }
     return sections_ > 0;

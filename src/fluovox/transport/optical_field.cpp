@@ -21,6 +21,16 @@ double length_before(const Interval& span, double end_um) {
     return std::max(0.0, std::min(span.end, end_um) - span.begin);
 }
 
+// Taps of a walk, for trackings and counts; its segments have the bounds of their places.
+template <class Walk>
+struct WalkTap {
+    const Walk* walk;
+
+    double at(double t) const { return t; }
+    double local_bound(double /*t*/, double bound, std::uint64_t /*bits*/) const { return bound; }
+    double value(double t, std::uint64_t bits) const { return walk->tap(t, bits); }
+};
+
 // `whole` without `cut`; what is left may be two pieces.
 void subtract(std::vector<MediumSpan>& spans, std::size_t first, Interval cut) {
     if (cut.empty()) return;
@@ -129,9 +139,7 @@ void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most,
             t += depth.rest() / majorant;
             depth = ExponentialDistance(rng);
             ++counts_.shadow_collisions;
-            const double share = counted_tap([&](double at, std::uint64_t bits) { return walk.tap(at, bits); },
-                                             segment.bound, t, rng, counts_) /
-                                 majorant;
+            const double share = counted_tap(WalkTap<Walk>{&walk}, t, segment.bound, rng.bits(), counts_) / majorant;
             if (share == 0) continue;
             for (int k = 0; k < coefficient.count(); ++k)
                 transmittance[k] *= 1 - share * coefficient[k];
@@ -175,7 +183,7 @@ template <class Tracking>
 void OpticalField::track(int medium, const Ray& ray, double end_um, double coefficient, Tracking& tracking) const {
     const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(medium)].grid;
     const auto step_along = [&](auto walk) {
-        const auto tap = [&] { return [&](double t, std::uint64_t bits) { return walk.tap(t, bits); }; };
+        const auto tap = [&] { return WalkTap<decltype(walk)>{&walk}; };
         for (auto segment = typename decltype(walk)::Segment{}; walk.next(segment);) {
             if (tracking.look(segment.begin, segment.end, segment.bound, tap)) return;
         }
@@ -185,10 +193,7 @@ void OpticalField::track(int medium, const Ray& ray, double end_um, double coeff
     } else if (!grid.has_directory()) {
         step_along(MajorantWalk(grid, ray, {0, end_um}, coefficient));
     } else {
-        BoundVisitor(grid, ray, {0, end_um}, coefficient)
-            .run([&](double begin, double end, double bound, const auto& tap) {
-                return tracking.look(begin, end, bound, tap);
-            });
+        BoundVisitor(grid, ray, {0, end_um}, coefficient).run(tracking);
     }
 }
 
@@ -222,9 +227,7 @@ void OpticalField::delta_track(Walk walk, int medium, const PathOptics& optics, 
         while (depth.ends_within(majorant * (segment.end - t))) {
             t += depth.rest() / majorant;
             depth = ExponentialDistance(rng);
-            const double share = counted_tap([&](double at, std::uint64_t bits) { return walk.tap(at, bits); },
-                                             segment.bound, t, rng, counts_) /
-                                 majorant;
+            const double share = counted_tap(WalkTap<Walk>{&walk}, t, segment.bound, rng.bits(), counts_) / majorant;
             const double real = share * lanes.scattering[0];
             if (rng.uniform() < real) {
                 for (int k = 0; k < likeness.count(); ++k)

@@ -33,10 +33,11 @@ struct RayAxis {
     }
 };
 
-/// As MajorantWalk, for the inner loops of tracking, in grids that have a directory of bricks: calls
-/// `visit(begin, end, bound, tap)` for each stretch with a positive bound, in order, until it returns true; `tap()`
-/// gives is SparseGrid::tap on that stretch. Bricks are halved along each axis where that saves more tentative
-/// collisions than it costs steps. Amanatides & Woo, Eurographics 1987.
+/// Leads a tracking (see grid_tracking.h) along a ray through a grid that has a directory of bricks. As MajorantWalk,
+/// for the inner loops: stretches are bricks of 8^3 with the level of their bound (Amanatides & Woo, Eurographics
+/// 1987), read from one byte each. Of the tentative collisions with that bound, those are kept that a block of 4^3 has,
+/// by its share of the bound (thinning: Lewis & Shedler, Nav. Res. Logist. Q. 26 (1979) 403), which leaves just those
+/// with the bounds of the blocks. Where there would be many in a brick, its blocks are walked instead.
 class BoundVisitor {
 public:
     BoundVisitor(const SparseGrid& grid, const Ray& ray, Interval span, double coefficient)
@@ -54,30 +55,45 @@ public:
         leave_ = std::min(std::min(span.end, in_x.end), std::min(in_y.end, in_z.end));
     }
 
-    template <class Visit>
-    void run(Visit visit) const {
+    template <class Tracking>
+    void run(Tracking& tracking) const {
         if (!(begin_ < leave_)) return;
         if (coefficient_ * grid_->max() * (leave_ - begin_) < kFew) {
-            visit(begin_, leave_, grid_->max(), [&] { return Tap{grid_, &origin_, &direction_, nullptr, {}}; });
+            tracking.look(begin_, leave_, grid_->max(), [&] { return tap({}, nullptr, Thinning::None); });
             return;
         }
-        through_bricks(visit);
+        through_bricks(tracking);
     }
 
 private:
-    // Tentative collisions worth the steps through a brick, or through all of the grid.
+    // Tentative collisions worth the steps through the blocks of a brick, or through all of the grid.
     static constexpr double kFew = 0.12;
+    // Where a brick has more than these, thinning them takes longer than walking its blocks.
+    static constexpr double kMany = 2;
     static constexpr double kSize = SparseGrid::kBrickSize;
+
+    enum class Thinning { None, ByBlocks };
 
     // Look-ups in the brick of a stretch need not start at the root.
     struct Tap {
         const SparseGrid* grid;
         const Vec3 *origin, *direction;
-        const SparseGrid::Brick* brick;
         Voxel first;
+        const SparseGrid::Brick* brick;
+        Thinning thinning;
 
-        double operator()(double t, std::uint64_t bits) const {
-            const Voxel voxel = SparseGrid::tapped_voxel(*origin + t * *direction, bits);
+        FixedPoint at(double t) const { return FixedPoint(*origin + t * *direction); }
+
+        // Uses the 8 highest bits; a value takes the lowest 54.
+        double local_bound(const FixedPoint& place, double bound, std::uint64_t bits) const {
+            if (thinning == Thinning::None) return bound;
+            const unsigned share = brick->bounds[place.octant<2>()];
+            if (share == 0 || (bits >> 56U) > share) return 0;
+            return bound * ((share + 1) * (1.0 / 256));
+        }
+
+        double value(const FixedPoint& place, std::uint64_t bits) const {
+            const Voxel voxel = place.rounded(bits);
             const auto beyond = static_cast<unsigned>((voxel.x - first.x) | (voxel.y - first.y) | (voxel.z - first.z));
             if (brick != nullptr && beyond < SparseGrid::kBrickSize)
                 return static_cast<double>(grid->value_in(*brick, voxel));
@@ -85,91 +101,106 @@ private:
         }
     };
 
+    Tap tap(Voxel first, const SparseGrid::Brick* brick, Thinning thinning) const {
+        return {grid_, &origin_, &direction_, first, brick, thinning};
+    }
+
     // First voxel of the brick that is left through this plane.
     static int first_voxel(const RayAxis& axis, double exit_plane) {
         return static_cast<int>(exit_plane) - (axis.step > 0 ? SparseGrid::kBrickSize : 0);
     }
 
-    template <class Visit>
-    void through_bricks(Visit& visit) const {
+    template <class Tracking>
+    void through_bricks(Tracking& tracking) const {
         const Voxel low{grid_->occupied_min_.x / 8, grid_->occupied_min_.y / 8, grid_->occupied_min_.z / 8};
         const Voxel n = grid_->brick_count_;
-        const RayAxis x = x_;
-        const RayAxis y = y_;
-        const RayAxis z = z_;
         double t = begin_;
         const double leave = leave_;
-        const int i = std::clamp(x.brick(t), low.x, low.x + n.x - 1);
-        const int j = std::clamp(y.brick(t), low.y, low.y + n.y - 1);
-        const int k = std::clamp(z.brick(t), low.z, low.z + n.z - 1);
+        const int i = std::clamp(x_.brick(t), low.x, low.x + n.x - 1);
+        const int j = std::clamp(y_.brick(t), low.y, low.y + n.y - 1);
+        const int k = std::clamp(z_.brick(t), low.z, low.z + n.z - 1);
         std::ptrdiff_t slot = (static_cast<std::ptrdiff_t>(i - low.x) * n.y + (j - low.y)) * n.z + (k - low.z);
-        const std::ptrdiff_t slots_x = static_cast<std::ptrdiff_t>(x.step) * n.y * n.z;
-        const std::ptrdiff_t slots_y = static_cast<std::ptrdiff_t>(y.step) * n.z;
+        const std::ptrdiff_t slots_x = static_cast<std::ptrdiff_t>(x_.step) * n.y * n.z;
+        const std::ptrdiff_t slots_y = static_cast<std::ptrdiff_t>(y_.step) * n.z;
+        const std::ptrdiff_t slots_z = z_.step;
         // The planes through which the brick is left. What they are met at is worked out afresh each time: so the last
         // ones are met just where the box ends.
-        double plane_x = kSize * (i + (x.step > 0 ? 1 : 0));
-        double plane_y = kSize * (j + (y.step > 0 ? 1 : 0));
-        double plane_z = kSize * (k + (z.step > 0 ? 1 : 0));
-        const double step_x = kSize * x.step;
-        const double step_y = kSize * y.step;
-        const double step_z = kSize * z.step;
-        const unsigned nearest = (x.step < 0 ? 4U : 0U) | (y.step < 0 ? 2U : 0U) | (z.step < 0 ? 1U : 0U);
-        const double width_x = 0.5 * kSize * std::abs(x.inverse);
-        const double width_y = 0.5 * kSize * std::abs(y.inverse);
-        const double width_z = 0.5 * kSize * std::abs(z.inverse);
-        double next_x = x.meets(plane_x);
-        double next_y = y.meets(plane_y);
-        double next_z = z.meets(plane_z);
+        double plane_x = kSize * (i + (x_.step > 0 ? 1 : 0));
+        double plane_y = kSize * (j + (y_.step > 0 ? 1 : 0));
+        double plane_z = kSize * (k + (z_.step > 0 ? 1 : 0));
+        const double step_x = kSize * x_.step;
+        const double step_y = kSize * y_.step;
+        const double step_z = kSize * z_.step;
+        double next_x = x_.meets(plane_x);
+        double next_y = y_.meets(plane_y);
+        double next_z = z_.meets(plane_z);
+        const std::uint8_t* levels = grid_->directory_.levels();
+        const BoundLevels& bounds = grid_->levels_;
+        const double coefficient = coefficient_;
+        double rest = tracking.rest();
         for (;;) {
             const double exit = std::min(next_x, std::min(next_y, next_z));
             const double end = std::min(exit, leave);
-            if (grid_->directory_.has(static_cast<std::size_t>(slot)) && t < end) {
-                const SparseGrid::Brick& brick =
-                    grid_->bricks_[grid_->directory_.brick(static_cast<std::size_t>(slot))];
-                const auto tap = [&] {
-                    return Tap{grid_, &origin_, &direction_, &brick,
-                               Voxel{first_voxel(x, plane_x), first_voxel(y, plane_y), first_voxel(z, plane_z)}};
-                };
-                if (coefficient_ * static_cast<double>(brick.excess) * (end - t) < kFew) {
-                    if (visit(t, end, static_cast<double>(brick.bound), tap)) return;
-                } else {
-                    const std::array<double, 3> halves = {next_x - width_x, next_y - width_y, next_z - width_z};
-                    if (through_blocks(brick, {t, end}, halves, nearest, tap, visit)) return;
-                }
+            const double bound = bounds[levels[slot]];
+            const double depth = coefficient * bound * (end - t);
+            if (depth > std::min(rest, kMany)) [[unlikely]] {
+                tracking.set_rest(rest);
+                const Voxel first{first_voxel(x_, plane_x), first_voxel(y_, plane_y), first_voxel(z_, plane_z)};
+                if (look_in_brick(tracking, slot, {t, end}, bound, first)) return;
+                rest = tracking.rest();
+            } else {
+                rest -= depth;
             }
-            if (end >= leave) return;
-            t = std::max(t, end);
+            if (end >= leave) break;
+            t = end;
             if (next_x <= exit) {
                 plane_x += step_x;
-                next_x = x.meets(plane_x);
+                next_x = x_.meets(plane_x);
                 slot += slots_x;
             } else if (next_y <= exit) {
                 plane_y += step_y;
-                next_y = y.meets(plane_y);
+                next_y = y_.meets(plane_y);
                 slot += slots_y;
             } else {
                 plane_z += step_z;
-                next_z = z.meets(plane_z);
-                slot += z.step;
+                next_z = z_.meets(plane_z);
+                slot += slots_z;
             }
         }
+        tracking.set_rest(rest);
     }
 
-    // The blocks on a stretch through a brick, from the one that rays in this direction meet first; `halves`: where the
-    // planes between them are met.
-    template <class MakeTap, class Visit>
-    static bool through_blocks(const SparseGrid::Brick& brick, Interval span, std::array<double, 3> halves,
-                               unsigned block, const MakeTap& tap, Visit& visit) {
+    // On a stretch through the brick that starts at the voxel `first`; true when the tracking ends there.
+    template <class Tracking>
+    bool look_in_brick(Tracking& tracking, std::ptrdiff_t slot, Interval span, double bound, Voxel first) const {
+        const SparseGrid::Brick& brick = grid_->bricks_[grid_->directory_.brick(static_cast<std::size_t>(slot))];
+        const double depth = coefficient_ * bound * (span.end - span.begin);
+        if (depth <= kMany)
+            return tracking.look_inside(span.begin, span.end, bound, tap(first, &brick, Thinning::ByBlocks));
+        const auto in_brick = [&] { return tap(first, &brick, Thinning::None); };
+        if (depth * brick.excess < 255 * kFew) return tracking.look(span.begin, span.end, bound, in_brick);
+        return through_blocks(brick, span, first, [&](double begin, double end, double bound_of_block) {
+            return tracking.look(begin, end, bound_of_block, in_brick);
+        });
+    }
+
+    // The blocks on a stretch through a brick, from the one that rays in this direction meet first.
+    template <class Visit>
+    bool through_blocks(const SparseGrid::Brick& brick, Interval span, Voxel first, const Visit& visit) const {
+        constexpr int kHalf = SparseGrid::kBlockSize;
         double t = span.begin;
         const double end = span.end;
-        auto [half_x, half_y, half_z] = halves;
+        double half_x = x_.meets(first.x + kHalf);
+        double half_y = y_.meets(first.y + kHalf);
+        double half_z = z_.meets(first.z + kHalf);
+        unsigned block = (x_.step < 0 ? 4U : 0U) | (y_.step < 0 ? 2U : 0U) | (z_.step < 0 ? 1U : 0U);
         if (t >= half_x) block ^= 4U, half_x = end;
         if (t >= half_y) block ^= 2U, half_y = end;
         if (t >= half_z) block ^= 1U, half_z = end;
         for (;;) {
             const double part = std::min(end, std::min(half_x, std::min(half_y, half_z)));
             const double bound = SparseGrid::bound_of(brick, block);
-            if (bound > 0 && visit(t, part, bound, tap)) return true;
+            if (bound > 0 && visit(t, part, bound)) return true;
             if (part >= end) return false;
             t = part;
             if (half_x <= part) {

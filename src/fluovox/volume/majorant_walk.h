@@ -69,7 +69,7 @@ public:
 
     /// SparseGrid::tap at `t`, a place of the last segment.
     double tap(double t, std::uint64_t bits) const {
-        const Voxel voxel = SparseGrid::tapped_voxel(index_at(t), bits);
+        const Voxel voxel = FixedPoint(index_at(t)).rounded(bits);
         if (brick_ != nullptr && (voxel.x & ~7) == brick_place_.x && (voxel.y & ~7) == brick_place_.y &&
             (voxel.z & ~7) == brick_place_.z) {
             return static_cast<double>(grid_->value_in(*brick_, voxel));

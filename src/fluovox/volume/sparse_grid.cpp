@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace fluovox {
 namespace {
@@ -40,7 +41,7 @@ Affine Affine::inverse() const {
     return back;
 }
 
-bool SparseGrid::Directory::fill(const std::vector<std::int32_t>& bricks) {
+bool SparseGrid::Directory::fill(const std::vector<std::int32_t>& bricks, std::vector<std::uint8_t> levels) {
     offsets_.assign(bricks.size(), kNone);
     firsts_.assign((bricks.size() + kRun - 1) / kRun, std::numeric_limits<std::uint32_t>::max());
     for (std::size_t slot = 0; slot < bricks.size(); ++slot) {
@@ -53,6 +54,7 @@ bool SparseGrid::Directory::fill(const std::vector<std::int32_t>& bricks) {
         if (offset >= kNone) return offsets_.clear(), false;
         offsets_[slot] = static_cast<std::uint16_t>(offset);
     }
+    levels_ = std::move(levels);
     return true;
 }
 

@@ -2,9 +2,12 @@
 
 #include "fluovox/core/bounds.h"
 #include "fluovox/core/vec.h"
+#include "fluovox/volume/bound_levels.h"
+#include "fluovox/volume/fixed_point.h"
 #include "fluovox/volume/grid_info.h"
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -32,21 +35,18 @@ struct GridScale {
     double length = 1;  ///< each length of its world space, giving micrometres
 };
 
-/// Integer position of a voxel. Its centre is at the same index-space coordinates.
-struct Voxel {
-    int x = 0, y = 0, z = 0;
-};
-
 /// The largest whole number that is not above `x`, for |x| < 2^31; no call of a library function.
 constexpr int floor_to_int(double x) {
     const int whole = static_cast<int>(x);
     return whole - (static_cast<double>(whole) > x ? 1 : 0);
 }
 
-/// A sparse scalar field made once for tracking. Voxels that are not zero are stored in 16 bits (of the largest value
-/// in their brick of 8^3, which is exact) behind a mask per block of 4^3; constant bricks and blocks take no room.
-/// Upper bounds are kept over blocks, bricks and nodes of 4^3 bricks. Between voxel centres the field is trilinear, and
-/// the bounds hold for that. Memory follows the active voxels. Immutable: any number of threads may read it.
+/// A sparse scalar field made once for tracking. Voxels that are not zero are stored in 16 bits behind a mask per block
+/// of 4^3; constant bricks and blocks take no room and are exact. In other bricks of 8^3 the largest value is exact,
+/// and the rest are rounded to steps of equal ratio that reach from it to the smallest: 1 part in 2^17 where they are
+/// within a factor 2, in 2^14 within 256, in 2^12 within 10^9. Upper bounds are kept over blocks, bricks and nodes of
+/// 4^3 bricks. Between voxel centres the field is trilinear, and the bounds hold for that. Memory follows the active
+/// voxels. Immutable: any number of threads may read it.
 class SparseGrid {
 public:
     static constexpr int kBlockSize = 4;  ///< voxels along a block
@@ -88,14 +88,8 @@ public:
     }
 
     /// Value of one of the eight voxels around an index-space position, drawn with the trilinear weights (in steps of
-    /// 2^-21) by 63 random bits: its expectation is the trilinear value. Valid wherever the result is used linearly.
-    float tap(Vec3 index_position, std::uint64_t bits) const { return value(tapped_voxel(index_position, bits)); }
-
-    /// The voxel that `tap` looks up.
-    static Voxel tapped_voxel(Vec3 index_position, std::uint64_t bits) {
-        return {rounded_at_random(index_position.x, bits), rounded_at_random(index_position.y, bits >> 21U),
-                rounded_at_random(index_position.z, bits >> 42U)};
-    }
+    /// 2^-18) by 54 random bits: its expectation is the trilinear value. Valid wherever the result is used linearly.
+    float tap(Vec3 index_position, std::uint64_t bits) const { return value(FixedPoint(index_position).rounded(bits)); }
 
     /// The trilinear field at a world position (micrometres); at an index-space position, all eight voxels from the
     /// root.
@@ -125,11 +119,17 @@ private:
     /// 8^3 voxels in eight blocks; the first one lies at codes_[base].
     struct Brick {
         std::uint32_t base = 0;
-        float bound = 0;                       // largest of the blocks
-        float scale = 0;                       // of the codes
-        float excess = 0;                      // of the bound over the mean of the blocks' bounds
+        float bound = 0;                       // a level that no block is above
+        float largest = 0;                     // value
+        std::uint8_t shift = 0;                // of the codes
+        std::uint8_t excess = 0;               // of the bound over the mean of the blocks' bounds, in 1/255 of it
         std::array<std::uint16_t, 8> child{};  // a block, from `base`; or kConstants + a constant
         std::array<std::uint8_t, 8> bounds{};  // of the blocks: 0, or in 1/256 of `bound`, less one
+
+        // What a code stands for: so many steps below the largest, in the order of floating-point numbers.
+        float decoded(std::uint16_t code) const {
+            return std::bit_cast<float>(std::bit_cast<std::uint32_t>(largest) - (std::uint32_t{code} << shift));
+        }
     };
     /// 4^3 bricks; only those that differ from the background are there, one after the other.
     struct Node {
@@ -138,34 +138,30 @@ private:
         float bound = 0;          // largest of the bricks
     };
 
-    /// The bricks in a box by place. It takes two bytes per place, so that a walk through empty space reads little.
+    /// The bricks in a box by place: two bytes per place, and one for the level of the bound, so that a walk through
+    /// empty space reads little.
     class Directory {
     public:
         static constexpr std::uint16_t kNone = 0xffff;
 
         bool empty() const { return offsets_.empty(); }
         bool has(std::size_t slot) const { return offsets_[slot] != kNone; }
+        /// Levels of the bounds by place; 0 where there is no brick.
+        const std::uint8_t* levels() const { return levels_.data(); }
         /// Of a place that has one.
         std::size_t brick(std::size_t slot) const { return firsts_[slot / kRun] + offsets_[slot]; }
-        std::size_t memory_bytes() const { return 2 * offsets_.size() + 4 * firsts_.size(); }
-        /// Per place its brick, or a negative number; false where they lie too far apart.
-        bool fill(const std::vector<std::int32_t>& bricks);
+        std::size_t memory_bytes() const { return 3 * offsets_.size() + 4 * firsts_.size(); }
+        /// Per place its brick, or a negative number, and the level of its bound; false where they lie too far apart.
+        bool fill(const std::vector<std::int32_t>& bricks, std::vector<std::uint8_t> levels);
 
     private:
         static constexpr std::size_t kRun = 64;
         std::vector<std::uint32_t> firsts_;  // least brick of each run of places
         std::vector<std::uint16_t> offsets_;
+        std::vector<std::uint8_t> levels_;
     };
 
     SparseGrid() = default;
-
-    // Up or down, in proportion to how near each is, by the lowest 21 bits. In fixed point, made positive.
-    static int rounded_at_random(double x, std::uint64_t bits) {
-        constexpr std::int64_t kOne = 1 << 21;
-        constexpr std::int64_t kMost = std::int64_t{1} << 31U;
-        const auto fixed = static_cast<std::int64_t>(x * static_cast<double>(kOne) + static_cast<double>(kMost * kOne));
-        return static_cast<int>(((fixed + static_cast<std::int64_t>(bits & (kOne - 1))) >> 21U) - kMost);
-    }
 
     // Bits that are set. (The builtin calls a function on processors that may lack the instruction.)
     static int count_bits(std::uint64_t bits) {
@@ -216,9 +212,8 @@ private:
         const std::uint64_t bit = std::uint64_t{1}
                                   << static_cast<unsigned>(((voxel.x & 3) << 4) | ((voxel.y & 3) << 2) | (voxel.z & 3));
         if ((mask & bit) == 0) return 0;
-        return decoded(codes[4 + count_bits(mask & (bit - 1))], brick.scale);
+        return brick.decoded(codes[4 + count_bits(mask & (bit - 1))]);
     }
-    static float decoded(std::uint16_t code, float scale) { return (static_cast<float>(code) + 1) * scale; }
     static double bound_of(const Brick& brick, unsigned block) {
         const unsigned share = brick.bounds[block];
         return share == 0 ? 0 : static_cast<double>(brick.bound) * ((share + 1) * (1.0 / 256));
@@ -234,6 +229,7 @@ private:
     std::vector<Node> nodes_;
     Voxel brick_count_;    // of the occupied box
     Directory directory_;  // in that box; empty where the box is large
+    BoundLevels levels_;
     std::vector<Brick> bricks_;
     std::vector<std::uint16_t> codes_;    // per block: its mask (4 words), then the voxels that are not zero
     std::vector<float> constants_ = {0};  // [0] is the background

@@ -40,6 +40,23 @@ std::size_t layers_of(int x, int y, int z) {
     return static_cast<std::size_t>((x == 0 ? 4 : 0) | (y == 0 ? 2 : 0) | (z == 0 ? 1 : 0));
 }
 
+// Steps below the largest value of a brick, in the order of floating-point numbers, to the nearest 2^shift.
+std::uint16_t encoded(float value, float largest, unsigned shift) {
+    const auto top = std::bit_cast<std::uint32_t>(largest);
+    const std::uint32_t below = top - std::bit_cast<std::uint32_t>(value);
+    const std::uint32_t nearest = (below + ((1U << shift) >> 1U)) >> shift;
+    return static_cast<std::uint16_t>(std::min(nearest, (top - 1) >> shift));  // what is not zero stays so
+}
+
+// The least shift with which codes reach from the largest to the smallest positive value.
+std::uint8_t shift_for(float smallest, float largest) {
+    const std::uint32_t below = std::bit_cast<std::uint32_t>(largest) - std::bit_cast<std::uint32_t>(smallest);
+    std::uint8_t shift = 0;
+    while ((below + ((1U << shift) >> 1U)) >> shift > std::numeric_limits<std::uint16_t>::max())
+        ++shift;
+    return shift;
+}
+
 constexpr int kMost = std::numeric_limits<int>::max();
 
 Voxel smaller(Voxel a, Voxel b) {
@@ -91,9 +108,7 @@ std::uint16_t SparseGridBuilder::pack_block(const float* values, int block, Spar
     for (std::size_t i = 0; i < 64; ++i) {
         if (!(of_block[i] > 0)) continue;
         mask |= std::uint64_t{1} << i;
-        // The largest is exact; what is not zero stays so.
-        const float code = std::round(of_block[i] / brick.scale) - 1;
-        codes_.push_back(static_cast<std::uint16_t>(std::clamp(code, 0.0F, 65535.0F)));
+        codes_.push_back(encoded(of_block[i], brick.largest, brick.shift));
     }
     std::memcpy(&codes_[at], &mask, sizeof(mask));
     return static_cast<std::uint16_t>(at - brick.base);
@@ -113,18 +128,23 @@ void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
     cell.brick.base = static_cast<std::uint32_t>(codes_.size());
     LayerMaxima exactly{};
     float highest = 0;
+    float lowest = std::numeric_limits<float>::max();
     for (std::size_t i = 0; i < kVoxels; ++i) {
         if (!(values[i] > 0)) continue;
+        lowest = std::min(lowest, values[i]);
         const std::size_t layers =
             layers_of(static_cast<int>(i >> 6), static_cast<int>((i >> 3) & 7), static_cast<int>(i & 7));
         exactly[layers] = std::max(exactly[layers], values[i]);
         highest = std::max(highest, values[i]);
     }
     const LayerMaxima maxima = with_all_layers(exactly);
-    cell.brick.scale = highest / 65536;
-    // A step of the codes more, as values are rounded when they are packed.
-    for (std::size_t axes = 1; axes < 8; ++axes)
-        cell.reached |= maxima[axes] > 0 && maxima[axes] + 1.0001F * cell.brick.scale > background_ ? 1U << axes : 0U;
+    cell.brick.largest = highest;
+    if (highest > 0) cell.brick.shift = shift_for(lowest, highest);
+    for (std::size_t axes = 1; axes < 8; ++axes) {
+        if (!(maxima[axes] > 0)) continue;
+        const float packed = cell.brick.decoded(encoded(maxima[axes], highest, cell.brick.shift));
+        cell.reached |= std::max(maxima[axes], packed) > background_ ? 1U << axes : 0U;
+    }
     for (int block = 0; block < 8; ++block)
         cell.brick.child[static_cast<std::size_t>(block)] = pack_block(values, block, cell.brick);
     cells_.push_back(cell);
@@ -232,7 +252,7 @@ void SparseGridBuilder::raise_bounds(const SparseGrid& grid, const Cell& cell,
             for (std::uint64_t left = mask; left != 0; left &= left - 1, ++code) {
                 const int i = std::countr_zero(left);
                 float& highest = exactly[layers_of(i >> 4, (i >> 2) & 3, i & 3)];
-                highest = std::max(highest, SparseGrid::decoded(*code, cell.brick.scale));
+                highest = std::max(highest, cell.brick.decoded(*code));
             }
             maxima = with_all_layers(exactly);
         }
@@ -255,9 +275,16 @@ void SparseGridBuilder::raise_bounds(const SparseGrid& grid, const Cell& cell,
 }
 
 void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds) const {
+    const auto largest = [](const std::array<float, 8>& of_brick) {
+        return *std::max_element(of_brick.begin(), of_brick.end());
+    };
+    float highest = 0;
+    for (const auto& of_brick : bounds)
+        highest = std::max(highest, largest(of_brick));
+    grid.levels_ = BoundLevels(highest);
     for (std::size_t b = 0; b < bounds.size(); ++b) {
         SparseGrid::Brick& brick = grid.bricks_[b];
-        brick.bound = *std::max_element(bounds[b].begin(), bounds[b].end());
+        brick.bound = static_cast<float>(grid.levels_[grid.levels_.level_of(largest(bounds[b]))]);
         float sum = 0;
         for (unsigned block = 0; block < 8; ++block) {
             const float bound = bounds[b][block];
@@ -267,7 +294,8 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
             brick.bounds[block] = static_cast<std::uint8_t>(std::clamp(share, 1.0, 255.0));
             if (SparseGrid::bound_of(brick, block) < static_cast<double>(bound)) ++brick.bounds[block];
         }
-        brick.excess = std::max(0.0F, brick.bound - sum / 8);
+        if (brick.bound > 0)
+            brick.excess = static_cast<std::uint8_t>(255 * std::max(0.0F, 1 - sum / (8 * brick.bound)) + 0.5F);
     }
     for (SparseGrid::Node& node : grid.nodes_) {
         const auto count = static_cast<std::uint32_t>(std::popcount(node.mask));
@@ -305,11 +333,12 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
     if (cells_.empty() || background_ > 0) return;
     const Voxel count{(high.x - low.x) / kBrick, (high.y - low.y) / kBrick, (high.z - low.z) / kBrick};
     const double bricks = static_cast<double>(count.x) * count.y * count.z;
-    constexpr double kBytes = 2;
+    constexpr double kBytes = 3;
     constexpr double kFree = 1 << 18;
     if (kBytes * bricks > kFree + static_cast<double>(std::max(grid.active_voxels_, grid.codes_.size()))) return;
     grid.brick_count_ = count;
     std::vector<std::int32_t> by_place(static_cast<std::size_t>(bricks), -1);
+    std::vector<std::uint8_t> levels(by_place.size(), 0);
     std::size_t slot = 0;
     for (int i = 0; i < count.x; ++i) {
         for (int j = 0; j < count.y; ++j) {
@@ -319,12 +348,13 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
                 if (node < 0) continue;
                 const SparseGrid::Brick* brick =
                     grid.brick_of(grid.nodes_[static_cast<std::size_t>(node)], at.x & 3, at.y & 3, at.z & 3);
-                if (brick != nullptr && brick->bound > 0)
-                    by_place[slot] = static_cast<std::int32_t>(brick - grid.bricks_.data());
+                if (brick == nullptr || !(brick->bound > 0)) continue;
+                by_place[slot] = static_cast<std::int32_t>(brick - grid.bricks_.data());
+                levels[slot] = grid.levels_.level_of(brick->bound);
             }
         }
     }
-    grid.directory_.fill(by_place);
+    grid.directory_.fill(by_place, std::move(levels));
 }
 
 std::vector<Voxel> SparseGridBuilder::bricks_of(const SparseGrid& grid) {
