@@ -83,7 +83,7 @@ TEST_F(VdbGrid, IsTheFieldThatOpenVdbInterpolates) {
     const auto grid = noise(0);
     set_affine(*grid);
     const SparseGrid loaded = saved_and_loaded(grid);
-    EXPECT_LT(difference(loaded, *grid, {}), 1e-5);
+    EXPECT_LT(difference(loaded, *grid, {}), 1e-4);
     EXPECT_GT(difference(loaded, *grid, {}, 0.5), 0.1);  // half a voxel off would show
     EXPECT_EQ(loaded.active_voxels(), grid->activeVoxelCount());
 }
@@ -93,7 +93,7 @@ TEST_F(VdbGrid, KeepsABackgroundAndTilesBelowIt) {
     set_affine(*grid);
     const SparseGrid loaded = saved_and_loaded(grid);
     EXPECT_DOUBLE_EQ(loaded.background(), static_cast<double>(0.3F));
-    EXPECT_LT(difference(loaded, *grid, {}), 1e-5);
+    EXPECT_LT(difference(loaded, *grid, {}), 1e-4);
     EXPECT_GT(difference(loaded, *grid, {}, 0.1), 0.01);
 }
 
@@ -101,7 +101,7 @@ TEST_F(VdbGrid, AppliesTheUnitsOfValuesAndLengths) {
     const auto grid = noise(0.3F);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(0.25));
     const SparseGrid loaded = saved_and_loaded(grid, {1000, 0.001});
-    EXPECT_LT(difference(loaded, *grid, {1000, 0.001}), 1e-2);
+    EXPECT_LT(difference(loaded, *grid, {1000, 0.001}), 0.1);
     EXPECT_NEAR(loaded.max(), 1000, 1);
 }
 

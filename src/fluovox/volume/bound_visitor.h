@@ -87,7 +87,8 @@ private:
         // Uses the 8 highest bits; a value takes the lowest 54.
         double local_bound(const FixedPoint& place, double bound, std::uint64_t bits) const {
             if (thinning == Thinning::None) return bound;
-            const unsigned share = brick->bounds[place.octant<2>()];
+            constexpr int kHalf = SparseGrid::kBlockSize;
+            const unsigned share = brick->bounds[place.octant({first.x + kHalf, first.y + kHalf, first.z + kHalf})];
             if (share == 0 || (bits >> 56U) > share) return 0;
             return bound * ((share + 1) * (1.0 / 256));
         }

@@ -27,11 +27,11 @@ public:
         return {up(x_, bits), up(y_, bits >> kBits), up(z_, bits >> (2 * kBits))};
     }
 
-    /// Which half of a cube of 2^(bit + 1) voxels it lies in: 4, 2 and 1 for the upper ones along x, y and z.
-    template <unsigned bit>
-    unsigned octant() const {
-        constexpr unsigned kShift = kBits + bit;
-        return static_cast<unsigned>(((x_ >> (kShift - 2)) & 4) | ((y_ >> (kShift - 1)) & 2) | ((z_ >> kShift) & 1));
+    /// Which of the eight parts of space that meet at a voxel's centre it lies in: 4, 2 and 1 for the upper halves
+    /// along x, y and z.
+    unsigned octant(Voxel middle) const {
+        const auto above = [](std::int64_t at, int plane) { return at >= std::int64_t{plane} * (1 << kBits); };
+        return (above(x_, middle.x) ? 4U : 0U) | (above(y_, middle.y) ? 2U : 0U) | (above(z_, middle.z) ? 1U : 0U);
     }
 
 private:
