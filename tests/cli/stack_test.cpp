@@ -155,6 +155,14 @@ TEST_F(StackTest, GroundTruthHasTheStacksPixelsAndTheScenesNumbers) {
               "s.png\ns.apng\n");
     EXPECT_EQ(run({"render", "scene.toml", "-o", "s.ome.tif", "--truth", "all"}).out, result.out);
     ASSERT_EQ(run({"render", "scene.toml", "-o", "z.ome.zarr", "--truth", "labels"}).exit_code, 0);
+    expect_rows({
+        {"the labels are a segmentation whose voxels say their size",
+         {"voxelize", "s-labels.ome.tif", "-o", "back.vdb", "--label", "1=EGFP:5uM"},
+         0,
+         "^$",
+         "back.vdb: EGFP [0-9]+ voxels"},
+        {"which stays", {"info", "back.vdb"}, 0, "^$", "voxel size +12 x 12 x 10 um"},
+    });
     if (!has_readers()) GTEST_SKIP() << "python3 is not installed";
     const std::string seen = python(
         "s.ome.tif s-labels.ome.tif s-concentration.ome.tif s-photons.ome.tif "

@@ -1,5 +1,6 @@
 #include "fluovox/core/error.h"
 #include "fluovox/core/text.h"
+#include "fluovox/core/utf8.h"
 #include "fluovox/voxelize/label_volume.h"
 
 #include <fmt/format.h>
@@ -194,6 +195,28 @@ std::string_view imagej_value(std::string_view text, std::string_view key) {
     return {};
 }
 
+/// A text of XML with its characters by number (`&#181;`, `&#xB5;`, as writers of plain ASCII have them) as UTF-8.
+std::string without_references(std::string_view text) {
+    std::string plain;
+    while (!text.empty()) {
+        const std::size_t end = text.starts_with("&#") ? text.find(';') : std::string_view::npos;
+        const bool hexadecimal = text.size() > 2 && (text[2] == 'x' || text[2] == 'X');
+        const std::size_t begin = hexadecimal ? 3 : 2;
+        unsigned number = 0;
+        if (end != std::string_view::npos && begin < end) {
+            const auto digits = text.substr(begin, end - begin);
+            std::from_chars(digits.data(), digits.data() + digits.size(), number, hexadecimal ? 16 : 10);
+        }
+        constexpr unsigned kLastCharacter = 0x10ffff;
+        if (number > 0 && number <= kLastCharacter)
+            append_utf8(plain, static_cast<char32_t>(number));
+        else
+            plain += text.front();
+        text.remove_prefix(number > 0 && number <= kLastCharacter ? end + 1 : 1);
+    }
+    return plain;
+}
+
 /// An attribute of the first <Pixels> element of OME-XML; empty when there is none.
 std::string_view ome_value(std::string_view text, const std::string& key) {
     for (const char* element : {"<Pixels ", "<OME:Pixels ", "<ome:Pixels "}) {
@@ -253,7 +276,7 @@ std::int64_t read_ome(const TiffFile& tiff, std::string_view text, LabelVolumeHe
     bool known = true;
     for (int axis = 0; axis < 3; ++axis) {
         const std::string key = std::string("PhysicalSize") + "XYZ"[axis];
-        const std::string_view unit = ome_value(text, key + "Unit");
+        const std::string unit = without_references(ome_value(text, key + "Unit"));
         const double um = unit.empty() ? 1 : um_per_named_unit(unit);  // micrometres unless it says otherwise
         size_um[axis] = to_double(ome_value(text, key)) * (um > 0 ? um : 1);
         known = known && um > 0;

@@ -99,6 +99,17 @@ TEST_F(SegmentationFile, TiffKeepsTheVoxelsOfImageJAndOme) {
         "SizeT=\"1\" PhysicalSizeX=\"16\" PhysicalSizeXUnit=\"nm\" PhysicalSizeY=\"0.016\" PhysicalSizeZ=\"0.04\" "
         "PhysicalSizeZUnit=\"\xc2\xb5m\"><TiffData/></Pixels></Image></OME>";
     expect_labels(fill("ome.tif", tiff_bytes(ome)), kVoxel);
+    // Writers of plain ASCII, fluovox and Python's among them, give the micro sign by its number.
+    for (const char* micro : {"&#181;m", "&#xB5;m", "&#x3bc;m"}) {
+        TiffStyle by_number = ome;
+        by_number.description.replace(by_number.description.find("\xc2\xb5m"), 3, micro);
+        expect_labels(fill("ome-ascii.tif", tiff_bytes(by_number)), kVoxel);
+    }
+    for (const char* nonsense : {"&#m", "&#;m", "&#x;", "&#99999999999;m", "&#1114112;", "&"}) {
+        TiffStyle broken = ome;
+        broken.description.replace(broken.description.find("\xc2\xb5m"), 3, nonsense);
+        EXPECT_THROW(fill("ome-broken.tif", tiff_bytes(broken)), InputError) << nonsense;
+    }
     // An option overrides what the file says, and is told about.
     const SpecimenResult other = fill("ome.tif", tiff_bytes(ome), Vec3{0.02, 0.02, 0.05});
     expect_labels(other, {0.02, 0.02, 0.05});
