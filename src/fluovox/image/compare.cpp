@@ -343,6 +343,16 @@ void require_comparable(const RenderedImage& a, const RenderedImage& b) {
     }
 }
 
+// Pixels that share photons tell their noise by the spread between batches; of one batch nothing is known, and whatever
+// it is compared with would seem to be the same.
+void require_known_noise(const RenderedImage& image) {
+    if (!image.shares_samples() || image.pixels() == 0 || image.counts.front() > 1) return;
+    throw InputError(
+        fmt::format("an image of the estimator {} with one sample per pixel says nothing about its noise, so that it "
+                    "cannot be compared: render it with --samples 2 or more",
+                    image.provenance.estimator));
+}
+
 std::uint8_t to_byte(double value) {
     return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
 }
@@ -351,6 +361,8 @@ std::uint8_t to_byte(double value) {
 
 Comparison compare(const RenderedImage& a, const RenderedImage& b, double significance) {
     require_comparable(a, b);
+    require_known_noise(a);
+    require_known_noise(b);
     return Comparing(a, b, significance).run(significance);
 }
 

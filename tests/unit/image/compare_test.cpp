@@ -123,11 +123,11 @@ TEST(Compare, AnOrdinaryTestWouldFailHere) {
 
 /// Every sample is of all pixels and channels at once, as a batch or a photon out of focus is: noise is not
 /// independent.
-RenderedImage render_shared(double mean, std::uint64_t seed, bool told) {
+RenderedImage render_shared(double mean, std::uint64_t seed, bool told, int samples = 64) {
     Film film(kSize, kSize, {"total"}, 3);
     std::mt19937_64 random(seed);
     std::vector<double> values(static_cast<std::size_t>(film.pixels()) * 3);
-    for (int sample = 0; sample < 64; ++sample) {
+    for (int sample = 0; sample < samples; ++sample) {
         const double common = uniform(random);
         for (std::size_t i = 0; i < values.size(); ++i)
             values[i] = brightness(static_cast<int>(i / 3)) * mean * (common + uniform(random));
@@ -158,6 +158,13 @@ TEST(Compare, PixelsThatShareSamplesAreTheSameInEqualScenes) {
 // The twin: as if pixels were independent.
 TEST(Compare, PixelsThatShareSamplesWithoutTellingWouldFailHere) {
     EXPECT_GT(shared_alarms(false, 1), 50);
+}
+
+// Any two of them would seem the same.
+TEST(Compare, OneSampleThatAllPixelsShareCannotBeCompared) {
+    EXPECT_THROW(compare(render_shared(1, 1, true, 1), render_shared(2, 2, true, 1)), InputError);
+    EXPECT_THROW(compare(render_shared(1, 1, true, 64), render_shared(2, 2, true, 1)), InputError);
+    EXPECT_FALSE(compare(render_shared(1, 1, false, 1), render_shared(3, 2, false, 1)).same) << "pixels apart can be";
 }
 
 TEST(Compare, SharedSamplesAgainstIndependentOnes) {
