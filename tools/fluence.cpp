@@ -79,7 +79,7 @@ Json json_of(const FluenceResult& result, const Scene& scene, std::uint64_t seed
 
 void print_line(const std::string& name, const Estimate& share, const Estimate& watts) {
     if (share.value == 0 && share.standard_error == 0) return;
-    fmt::print("  {:<34} {:>12.6f} +- {:<10.2g} {:>12.5g} W\n", name, share.value, share.standard_error, watts.value);
+    fmt::print("  {:<34} {:>12.5g} +- {:<10.2g} {:>12.5g} W\n", name, share.value, share.standard_error, watts.value);
 }
 
 void print_table(const char* title, const LightBudget& share, const LightBudget& watts, const Scene& scene) {

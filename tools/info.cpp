@@ -53,7 +53,7 @@ Json grid_json(const GridInfo& grid) {
     json["min"] = grid.min;
     json["mean"] = grid.mean;
     json["max"] = grid.max;
-    json["total_mol"] = grid.total_mol;
+    json["total_mol"] = grid.has_concentrations ? Json(grid.total_mol) : Json(nullptr);
     json["memory_bytes"] = grid.memory_bytes;
     return json;
 }
@@ -98,8 +98,14 @@ void print_grid(const GridInfo& grid) {
             fmt::print("  distances     {:.6g} to {:.6g}; voxelize --from-levelset makes a concentration of them\n",
                        grid.min, grid.max);
         } else {
-            fmt::print("  concentration min {:.6g}, mean {:.6g}, max {:.6g} {}\n", grid.min, grid.mean, grid.max, unit);
-            fmt::print("  total amount  {:.6g} mol\n", grid.total_mol);
+            const bool silent = unit.empty();
+            fmt::print("  {:<13} min {:.6g}, mean {:.6g}, max {:.6g}{}{}\n",
+                       grid.has_concentrations && !silent ? "concentration" : "range", grid.min, grid.mean, grid.max,
+                       silent ? "" : " ", unit);
+            if (grid.has_concentrations) {
+                fmt::print("  total amount  {:.6g} mol{}\n", grid.total_mol,
+                           silent ? " if the values are umol/L, as which they are read" : "");
+            }
         }
     }
     fmt::print("  memory        {:.3g} MB\n", static_cast<double>(grid.memory_bytes) / 1e6);

@@ -59,6 +59,22 @@ TEST_F(FluenceProgram, BudgetAddsUpForEveryKindOfLightAndNothingIsWarnedOf) {
     }
 }
 
+TEST_F(FluenceProgram, SmallSharesAreReadableAndGridsOfWattsHoldNoMoles) {
+    std::string thin = kMilk;
+    thin.replace(thin.find("10 uM"), 5, "1 pM");
+    write("thin.toml", thin + kPencil);
+    expect_rows({
+        {"one part in many millions",
+         {"fluence", "thin.toml", "--photons", "2000", "-o", "f.vdb", "--voxel-size", "1mm", "-q"},
+         0,
+         "^$",
+         "absorbed by EGFP +[1-9][0-9.]*e-0[6-9] \\+- "},
+        {"watts", {"info", "f.vdb"}, 0, "^$", "range +min [^\n]+ W/mm2\n"},
+    });
+    EXPECT_FALSE(found("mol", run({"info", "f.vdb"}).out));
+    EXPECT_TRUE(found("\"total_mol\": null", run({"info", "f.vdb", "--json"}).out));
+}
+
 TEST_F(FluenceProgram, SceneWithoutDyeIsNotWarnedOfEither) {
     write("clear.toml", kMilk.substr(0, kMilk.find("[[medium]]\ndye")) + kPencil);
     EXPECT_EQ(run({"fluence", "clear.toml", "--photons", "2000", "-q"}).err, "");

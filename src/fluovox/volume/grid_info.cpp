@@ -1,6 +1,7 @@
 #include "fluovox/volume/grid_info.h"
 
 #include "fluovox/core/error.h"
+#include "fluovox/core/quantity.h"
 #include "fluovox/volume/vdb_internal.h"
 #include "fluovox/volume/vdb_structure.h"
 
@@ -10,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <stdexcept>
 #include <unordered_set>
 
 namespace fluovox {
@@ -62,7 +65,7 @@ Vec3 to_vec3(const openvdb::Vec3d& v) {
     return {v.x(), v.y(), v.z()};
 }
 
-/// um per unit of length, umol/L per unit of value; 1 where unknown.
+/// um per unit of length; 1 where unknown.
 double length_scale(const std::string& unit) {
     if (unit == "nm") return 1e-3;
     if (unit == "mm") return 1e3;
@@ -70,12 +73,14 @@ double length_scale(const std::string& unit) {
     if (unit == "m") return 1e6;
     return 1;
 }
-double concentration_scale(const std::string& unit) {
-    if (unit == "mol/L" || unit == "M") return 1e6;
-    if (unit == "mmol/L" || unit == "mM") return 1e3;
-    if (unit == "nmol/L" || unit == "nM") return 1e-3;
-    if (unit == "pmol/L" || unit == "pM") return 1e-6;
-    return 1;
+/// umol/L per unit of value; umol/L itself where the file is silent, nothing for a unit of something else.
+std::optional<double> concentration_scale(const std::string& unit) {
+    if (unit.empty()) return 1;
+    try {
+        return parse_quantity("1 " + unit, Dimension::Concentration);
+    } catch (const std::invalid_argument&) {
+        return std::nullopt;
+    }
 }
 
 template <class Grid>
@@ -140,6 +145,8 @@ GridInfo inspect_grid(const openvdb::FloatGrid& grid) {
     info.voxel_size_um = um * to_vec3(grid.voxelSize());
     info.bbox_um = active_bounds_um(grid, um);
     info.memory_bytes = grid.memUsage();
+    const std::optional<double> uM = concentration_scale(info.metadata.value_unit);
+    info.has_concentrations = uM.has_value();
     const Statistics found = active_statistics(grid);
     info.active_voxels = found.voxels;
     if (found.voxels == 0) return info;
@@ -148,7 +155,7 @@ GridInfo inspect_grid(const openvdb::FloatGrid& grid) {
     info.max = found.max;
     // umol/L x um^3: 1 um^3 = 1e-15 L, 1 umol = 1e-6 mol.
     const double voxel_um3 = std::abs(grid.transform().voxelVolume()) * um * um * um;
-    info.total_mol = found.sum * concentration_scale(info.metadata.value_unit) * voxel_um3 * 1e-21;
+    info.total_mol = found.sum * uM.value_or(0) * voxel_um3 * 1e-21;
     return info;
 }
 

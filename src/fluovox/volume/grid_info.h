@@ -46,6 +46,7 @@ struct GridInfo {
     Bounds bbox_um;                     ///< of the active voxels, whole cells; empty when there are none
     double min = 0, mean = 0, max = 0;  ///< over the active voxels, in the grid's own unit
     double total_mol = 0;               ///< amount of substance: sum of value times voxel volume
+    bool has_concentrations = true;     ///< false where its unit is another; `total_mol` is then 0
     std::uint64_t memory_bytes = 0;
     /// Of a grid of labels; its voxel size, active voxels, bounding box and memory are then known as well.
     std::optional<LabelStatistics> labels;
