@@ -1,5 +1,7 @@
 #include "command.h"
 
+#include "fluovox/core/text.h"
+
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -79,6 +81,13 @@ bool CommandLine::parse(const std::vector<std::string>& arguments) try {
         fail("--seed must be a whole number from 0 to " + std::to_string(std::numeric_limits<std::int64_t>::max()));
     }
     fail(e.what());
+} catch (const po::unknown_option& e) {
+    std::vector<std::string> names;
+    for (const auto& option : options_.options())
+        names.push_back("--" + option->long_name());
+    fail(e.what() + did_you_mean(e.get_option_name(), names));
+} catch (const po::too_many_positional_options_error&) {
+    fail("there are more arguments than this command takes (a text with spaces needs quotes)");
 } catch (const po::error& e) {
     fail(e.what());
 }

@@ -3,10 +3,14 @@
 
 #include "commands.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <string>
 #include <vector>
 
@@ -36,7 +40,7 @@ void print_help() {
     std::puts(
         "\nEach takes --help, with examples first.\n"
         "Exit codes: 0 ok, 1 different (diff), 2 usage, 3 invalid scene, 4 bad input data, 5 output not written,\n"
-        "70 internal error, 75 stopped with what was done saved.");
+        "70 internal error, 75 stopped cleanly: planes of a stack that were finished are kept, nothing else is.");
 }
 
 ExitCode run(const std::vector<std::string>& arguments) {
@@ -52,16 +56,37 @@ ExitCode run(const std::vector<std::string>& arguments) {
     const auto* const command =
         std::find_if(kCommands.begin(), kCommands.end(), [&](const Command& c) { return c.name == name; });
     if (command == kCommands.end()) {
-        throw fluovox::UsageError("no command \"" + name + "\"; fluovox --help lists them");
+        std::vector<std::string> names;
+        for (const Command& known : kCommands)
+            names.emplace_back(known.name);
+        throw fluovox::UsageError("no command \"" + name + '"' + fluovox::did_you_mean(name, names) +
+                                  " (fluovox --help lists them)");
     }
     return command->run({arguments.begin() + 1, arguments.end()});
+}
+
+// A file opened while one of them is closed would take its number, and be written to as if it were the terminal.
+void open_standard_streams() {
+    for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
+        if (fcntl(stream, F_GETFD) == -1 && open("/dev/null", O_RDWR) != stream) return;
+    }
+}
+
+// Results that a full disk swallowed must not pass for results.
+void require_printed() {
+    std::cout.flush();
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return;
+    throw fluovox::OutputError("the results could not be written to the standard output (is its disk full?)");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+    open_standard_streams();
     try {
-        return static_cast<int>(run({argv + 1, argv + argc}));
+        const ExitCode code = run({argv + 1, argv + argc});
+        require_printed();
+        return static_cast<int>(code);
     } catch (const fluovox::SceneError& e) {
         std::fprintf(stderr, "%s\n", fluovox::printable(e.what()).c_str());
         return static_cast<int>(e.code());

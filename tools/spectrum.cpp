@@ -178,7 +178,7 @@ std::string to_csv(const Findings& f) {
     for (std::size_t i = 0; i < f.response.mean.size(); ++i) {
         const FilmChannel& channel = f.film.channels[i];
         if (!spectral) csv += quoted(channel.name) + ',';
-        csv += fmt::format("{},{:.9g},{:.4g}", channel.center_nm, f.response.mean[i], f.response.standard_error[i]);
+        csv += fmt::format("{:.9g},{:.9g},{:.4g}", channel.center_nm, f.response.mean[i], f.response.standard_error[i]);
         if (spectral) csv += fmt::format(",{:.9g}", shape[i]);
         for (const Reference& reference : f.references)
             csv += fmt::format(",{:.9g}", reference.on_film[i]);
