@@ -80,7 +80,7 @@ public:
         const StackInfo& info = stack_->info();
         const StackChannel& seen = info.channels[static_cast<std::size_t>(channel)];
         const double photons = photons_per_value(info, channel, camera_->exposure_s);
-        const double efficiency = seen.has_efficiency ? 1 : camera_->sensor.efficiency_at(seen.emission_nm);
+        const double efficiency = seen.has_efficiency ? 1 : camera_->sensor.efficiency_at(seen.light_nm());
         const auto page =
             static_cast<std::uint64_t>(plane) * info.channels.size() + static_cast<std::uint64_t>(channel);
         const float brightest = *std::max_element(values.begin(), values.end());

@@ -90,7 +90,7 @@ double photons_per_value(const StackInfo& info, int channel, double exposure_s) 
     const double pixel_m = info.pixel_um * 1e-6;
     double photons = std::numbers::pi * sine * sine * pixel_m * pixel_m * exposure_s;
     if (seen.width_nm > 0) photons *= seen.width_nm;
-    if (!seen.counts_photons) photons /= photon_energy_J(seen.emission_nm);
+    if (!seen.counts_photons) photons /= photon_energy_J(seen.light_nm());
     return photons;
 }
 

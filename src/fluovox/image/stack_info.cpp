@@ -21,7 +21,8 @@ std::string to_json(const StackInfo& info) {
                             {"width_nm", channel.width_nm},
                             {"counts_photons", channel.counts_photons},
                             {"has_efficiency", channel.has_efficiency},
-                            {"rgb", channel.rgb}});
+                            {"rgb", channel.rgb},
+                            {"photon_nm", channel.photon_nm}});
     }
     Json positions = Json::array();
     for (const Vec3 p : info.positions_um)
@@ -60,7 +61,7 @@ StackInfo stack_info_from_json(const std::string& text) {
     for (const Json& channel : json.at("channels")) {
         info.channels.push_back({channel.at("name"), channel.at("dye"), channel.at("excitation_nm"),
                                  channel.at("emission_nm"), channel.at("width_nm"), channel.at("counts_photons"),
-                                 channel.at("has_efficiency"), channel.at("rgb")});
+                                 channel.at("has_efficiency"), channel.at("rgb"), channel.value("photon_nm", 0.0)});
     }
     for (const Json& p : json.at("positions_um"))
         info.positions_um.push_back({p.at(0), p.at(1), p.at(2)});

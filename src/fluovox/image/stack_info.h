@@ -26,6 +26,12 @@ struct StackChannel {
     bool counts_photons = false;   ///< photons, not watts
     bool has_efficiency = false;   ///< the detector's efficiency is in the values already
     std::uint32_t rgb = 0xFFFFFF;  ///< colour to show it in, 0xRRGGBB
+    /// Of a photon with the mean energy of the light that the dye sends into the channel, by which watts become
+    /// photons; 0: not known.
+    double photon_nm = 0;
+
+    /// The wavelength that stands for the channel's light.
+    double light_nm() const { return photon_nm > 0 ? photon_nm : emission_nm; }
 };
 
 /// A z-stack as its readers see it: planes of channels, sizes, and what the values mean.

@@ -48,6 +48,22 @@ double exciting_line_nm(const Dye& dye, const Illumination& lights) {
     return nm;
 }
 
+/// As StackChannel::photon_nm: photons over photons per wavelength.
+double mean_photon_nm(const Dye& dye, const FilmChannel& channel) {
+    constexpr int kSteps = 4000;
+    const double from = channel.response.first_nm();
+    const double step = (channel.response.last_nm() - from) / kSteps;
+    double photons = 0;
+    double energy = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        const double nm = from + (i + 0.5) * step;
+        const double seen = dye.emission_per_nm(nm) * channel.response(nm);
+        photons += seen;
+        energy += seen / nm;
+    }
+    return energy > 0 ? photons / energy : 0;
+}
+
 std::vector<StackChannel> describe_channels(const Scene& scene) {
     const FilmSpec& film = scene.description.film;
     const Illumination lights(scene);
@@ -66,6 +82,7 @@ std::vector<StackChannel> describe_channels(const Scene& scene) {
         if (dye >= 0) {
             channel.dye = scene.dyes[static_cast<std::size_t>(dye)].name;
             channel.excitation_nm = exciting_line_nm(scene.dyes[static_cast<std::size_t>(dye)], lights);
+            channel.photon_nm = mean_photon_nm(scene.dyes[static_cast<std::size_t>(dye)], of_film);
         }
         channels.push_back(std::move(channel));
     }
@@ -100,8 +117,8 @@ std::optional<std::string> miss(const SheetLight& first, Vec3 way_um, const Boun
     const double gap = std::max(low - across.high, across.low - high);
     if (!(gap > 0)) return std::nullopt;
     return fmt::format(
-        "the sheet misses it by {:.3g} um in every plane (across the sheet the specimen reaches from "
-        "{:.3g} to {:.3g} um, the stack from {:.3g} to {:.3g} um)",
+        "the sheet misses it by {:.3g} um in every plane (across the sheet, measured from the first plane, the "
+        "specimen reaches from {:.3g} to {:.3g} um, the stack from {:.3g} to {:.3g} um)",
         gap, across.low, across.high, std::min(0.0, way), std::max(0.0, way));
 }
 
@@ -112,7 +129,10 @@ void doubt_sheets(const Scene& first, const SceneMedium& medium, Vec3 way_um, st
     for (const Light& light : first.lights) {
         const auto* sheet = std::get_if<SheetLight>(&light.shape);
         const auto missed = sheet != nullptr ? miss(*sheet, way_um, box) : std::nullopt;
-        if (missed) doubts.push_back(fmt::format("{}: {}", medium.name, *missed));
+        if (!missed) continue;
+        std::string doubt = fmt::format("{}: {}", medium.name, *missed);
+        // Sheets of several colours mostly go the same way.
+        if (std::find(doubts.begin(), doubts.end(), doubt) == doubts.end()) doubts.push_back(std::move(doubt));
     }
 }
 
