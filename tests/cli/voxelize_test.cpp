@@ -259,6 +259,42 @@ TEST_F(VoxelizeCommand, MorphologiesShellsAndLevelSetsBecomeGrids) {
     EXPECT_TRUE(found("EGFP .* 1\\.67[0-9]*e-19 mol", ball.out)) << ball.out << ball.err;  // 33.5 um3
 }
 
+// A volume of Blender or Houdini is no concentration until the scene says so.
+TEST_F(VoxelizeCommand, GridsOfOthersThatSayNoUnitAreDoubtedUntilTheSceneSaysIt) {
+    if (std::system("command -v vdb_tool > /dev/null") != 0) GTEST_SKIP() << "vdb_tool is not installed";
+    const std::string make =
+        "vdb_tool -quiet -sphere r=2 v=0.1 -ls2fog -write '" + (folder() / "fog.vdb").string() + "'";
+    ASSERT_EQ(std::system(make.c_str()), 0);
+    write("scene.toml", R"([[medium]]
+dye  = "EGFP"
+grid = { file = "fog.vdb" }
+[[light]]
+kind       = "point"
+wavelength = "488 nm"
+power      = "1 mW"
+position   = ["0 um", "0 um", "50 um"]
+[camera]
+position   = ["0 um", "0 um", "50 um"]
+target     = ["0 um", "0 um", "0 um"]
+field      = "10 um"
+resolution = [4, 4]
+[film]
+spectrum = { from = "480 nm", to = "620 nm", bins = 7 }
+)");
+    expect_rows({
+        {"doubted",
+         {"render", "scene.toml", "-o", "a.exr", "--samples", "2"},
+         0,
+         "warning: .*fog.vdb: does not say what its values are: taken as umol/L; say it in the scene, grid = \\{ ..., "
+         "unit = \"uM\" \\}\n"},
+        {"no more when the scene says it",
+         {"render", "scene.toml", "-o", "a.exr", "--samples", "2", "--set", "medium.0.grid.unit=\"uM\""},
+         0,
+         "^(?!.*does not say)note"},
+        {"nor is the amount a fact", {"info", "fog.vdb"}, 0, "^$", "range +min .*\n.* mol if the values are umol/L"},
+    });
+}
+
 TEST_F(VoxelizeCommand, SixteenBitsAreRefusedWhereTheyCannotHoldTheConcentration) {
     const auto with = [](const std::string& dye) {
         return std::vector<std::string>{"voxelize", "small.obj", "-o", "h.vdb",        "--dye",

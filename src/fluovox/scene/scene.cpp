@@ -48,6 +48,8 @@ double unit_size(const std::string& unit, Dimension dimension, const std::string
 /// Opens each grid once, however many media use it in the same way.
 class GridLoader {
 public:
+    explicit GridLoader(std::vector<std::string>& warnings) : warnings_(&warnings) {}
+
     std::shared_ptr<const SparseGrid> load(const MediumDescription& medium) {
         const GridReference& reference = *medium.grid;
         const std::string name = grid_name(medium);
@@ -61,6 +63,12 @@ public:
             if (is_dye) {
                 scale.value *= reference.uM_per_value ? *reference.uM_per_value
                                                       : unit_size(metadata.value_unit, Dimension::Concentration, place);
+            }
+            if (is_dye && !reference.uM_per_value && metadata.value_unit.empty()) {
+                warnings_->push_back(fmt::format(
+                    "{}: does not say what its values are: taken as umol/L; say it in the scene, grid = {{ ..., unit = "
+                    "\"uM\" }}",
+                    place));
             }
             scale.length = reference.um_per_length ? *reference.um_per_length
                                                    : unit_size(metadata.length_unit, Dimension::Length, place);
@@ -85,6 +93,7 @@ private:
 
     using Key = std::tuple<std::string, std::string, bool, double, std::optional<double>, std::optional<double>>;
     std::map<Key, std::shared_ptr<const SparseGrid>> grids_;
+    std::vector<std::string>* warnings_;
 };
 
 double volume(const Bounds& bounds) {
@@ -214,7 +223,7 @@ Scene build_scene(SceneDescription description) {
     require_available(description);
     Scene scene;
     scene.description = std::move(description);
-    GridLoader loader;
+    GridLoader loader(scene.warnings);
     for (const MediumDescription& medium : scene.description.media)
         add_medium(scene, medium, loader);
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
