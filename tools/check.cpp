@@ -1,6 +1,7 @@
 #include "fluovox/core/quantity.h"
 #include "fluovox/core/text.h"
 #include "fluovox/scene/scene_description.h"
+#include "fluovox/scene/stack.h"
 #include "fluovox/volume/grid_info.h"
 
 #include "commands.h"
@@ -102,9 +103,11 @@ std::string camera_text(const Camera& camera) {
     const std::string seen = telecentric
                                  ? "telecentric, " + length(camera.field_um) + " high"
                                  : fmt::format("perspective, {:.4g} deg high", camera.fov_rad * 57.29577951308232);
-    return fmt::format("{}, {} x {} pixels, at {} towards {}, in focus at {}, numerical aperture {:g}", seen,
+    const double aperture = camera.numerical_aperture * camera.immersion_index;
+    return fmt::format("{}, {} x {} pixels, at {} towards {}, in focus at {}, numerical aperture {:g}{}", seen,
                        camera.width, camera.height, point(camera.position), point(camera.target),
-                       length(camera.focus_um), camera.numerical_aperture);
+                       length(camera.focus_um), aperture,
+                       camera.immersion_index == 1 ? "" : fmt::format(" in index {:g}", camera.immersion_index));
 }
 
 std::string film_text(const FilmSpec& film) {
@@ -113,8 +116,11 @@ std::string film_text(const FilmSpec& film) {
         text = fmt::format("{} bins from {} to {}", film.channels.size(), wavelength(film.from_nm),
                            wavelength(film.to_nm));
     }
-    for (std::size_t i = 0; !film.is_spectral && i < film.channels.size(); ++i)
-        text += (i == 0 ? "channels " : ", ") + film.channels[i].name;
+    for (std::size_t i = 0; !film.is_spectral && i < film.channels.size(); ++i) {
+        const FilmChannel& channel = film.channels[i];
+        text += fmt::format("{}{} ({} to {})", i == 0 ? "channels " : ", ", channel.name,
+                            wavelength(channel.response.first_nm()), wavelength(channel.response.last_nm()));
+    }
     return text + (film.unit == FilmUnit::Photons ? ", in photons" : ", in watts") +
            (film.per_dye ? ", one layer per dye" : "");
 }
@@ -129,8 +135,11 @@ void print_summary(const SceneDescription& scene) {
     line("camera", camera_text(scene.camera));
     line("film", film_text(scene.film));
     if (scene.stack) {
-        line("stack", fmt::format("from {} to {} in steps of {}", length(scene.stack->start_um),
-                                  length(scene.stack->stop_um), length(scene.stack->step_um)));
+        const std::size_t views = scene.stack->views.angles_rad.size();
+        line("stack",
+             fmt::format("{} planes from {} to {} in steps of {}{}", plane_count(*scene.stack),
+                         length(scene.stack->start_um), length(scene.stack->stop_um), length(scene.stack->step_um),
+                         views > 1 ? fmt::format(", from each of {} sides", views) : ""));
     }
     const RenderDescription& render = scene.render;
     line("render", fmt::format("estimator {}, {} samples per pixel, seed {}, fluorescence orders {}", render.estimator,

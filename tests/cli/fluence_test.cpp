@@ -129,8 +129,8 @@ TEST_F(FluenceProgram, LightThatMeetsNoMediumIsWarnedOfAndByHowMuchItMisses) {
                   {"fluence", "miss.toml", "--photons", "2000", "-q", "--json", "miss.json"},
                   0,
                   "^warning: no photon met a medium: all light passes them by\n"
-                  "warning: host1: the beam passes it 5e\\+03 um away\n"
-                  "warning: EGFP: the beam passes it 7e\\+03 um away\n$"}});
+                  "warning: host1: the beam passes it 5 mm away\n"
+                  "warning: EGFP: the beam passes it 7 mm away\n$"}});
     const auto missed = nlohmann::json::parse(read("miss.json"));
     EXPECT_EQ(missed.at("warnings").at(0), "no photon met a medium: all light passes them by");
     EXPECT_EQ(missed.at("met_a_medium").at("value"), 0);

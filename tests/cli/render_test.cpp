@@ -162,7 +162,7 @@ TEST_F(RenderTest, WarnsOfWhatMayBeAMistake) {
         {"a black image says what misses what",
          {"render", "dark.toml", "-o", "c.exr"},
          0,
-         "warning: the image has no fluorescence\nwarning: .*the beam passes it 8\\.\\d+e\\+03 um away"},
+         "warning: the image has no fluorescence\nwarning: .*the beam passes it 8\\.\\d+ mm away"},
     });
 }
 

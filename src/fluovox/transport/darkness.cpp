@@ -22,6 +22,11 @@ bool is_finite(const Bounds& bounds) {
     return std::isfinite(length(bounds.size()));
 }
 
+std::string distance(double um) {
+    constexpr double kMillimetre = 1000;
+    return std::abs(um) < kMillimetre ? fmt::format("{:.3g} um", um) : fmt::format("{:.3g} mm", um / kMillimetre);
+}
+
 // Range of the corners' distances along a unit vector from a point.
 struct Range {
     double low = kFar, high = -kFar;
@@ -45,14 +50,14 @@ std::string miss_of_light(const SheetLight& sheet, const Bounds& box) {
     const Range across = along(box, sheet.waist, sheet.normal);
     const double thickness_gap = across.gap_to(-sheet.thickness_um, sheet.thickness_um);
     if (thickness_gap > 0) {
-        return fmt::format("the sheet passes it {:.3g} um away (specimen {:.3g} to {:.3g} um from the sheet's plane)",
-                           thickness_gap, across.low, across.high);
+        return fmt::format("the sheet passes it {} away (specimen {} to {} from the sheet's plane)",
+                           distance(thickness_gap), distance(across.low), distance(across.high));
     }
     const Range sideways = along(box, sheet.waist, cross(sheet.direction, sheet.normal));
     const double width_gap = sideways.gap_to(-0.5 * sheet.width_um, 0.5 * sheet.width_um);
-    if (width_gap > 0) return fmt::format("the sheet's edge is {:.3g} um away", width_gap);
+    if (width_gap > 0) return fmt::format("the sheet's edge is {} away", distance(width_gap));
     const Range ahead = along(box, sheet.position, sheet.direction);
-    if (ahead.high < 0) return fmt::format("the sheet starts {:.3g} um behind it", -ahead.high);
+    if (ahead.high < 0) return fmt::format("the sheet starts {} behind it", distance(-ahead.high));
     return {};
 }
 
@@ -61,9 +66,9 @@ std::string miss_of_light(const BeamLight& beam, const Bounds& box) {
     const double reach = 2 * beam.radius_um;
     const double gap = std::max(along(box, beam.waist, axes.x).gap_to(-reach, reach),
                                 along(box, beam.waist, axes.y).gap_to(-reach, reach));
-    if (gap > 0) return fmt::format("the beam passes it {:.3g} um away", gap);
+    if (gap > 0) return fmt::format("the beam passes it {} away", distance(gap));
     const Range ahead = along(box, beam.position, beam.direction);
-    if (ahead.high < 0) return fmt::format("the beam starts {:.3g} um behind it", -ahead.high);
+    if (ahead.high < 0) return fmt::format("the beam starts {} behind it", distance(-ahead.high));
     return {};
 }
 
@@ -87,7 +92,7 @@ std::string miss_of_camera(const Camera& camera, const Bounds& box) {
     const double half_width = half_height * camera.width / camera.height;
     const double gap = std::max(along(box, camera.position, right).gap_to(-half_width, half_width),
                                 along(box, camera.position, up).gap_to(-half_height, half_height));
-    if (gap > 0) return fmt::format("it lies {:.3g} um outside the camera's field", gap);
+    if (gap > 0) return fmt::format("it lies {} outside the camera's field", distance(gap));
     return {};
 }
 
