@@ -193,25 +193,27 @@ private:
     double energy_ = 0, relative_energy_ = 1;
 };
 
-/// Means over batches of equal size, and how they scatter. Welford, Technometrics 4 (1962) 419.
+/// Means over batches of photons, and how they scatter. The last batch may be smaller than the others and then counts
+/// less. Weighted sums as by West, Commun. ACM 22 (1979) 532.
 class BatchMeans {
 public:
     explicit BatchMeans(std::size_t size) : mean_(size, 0), squares_(size, 0) {}
 
     void add(const std::vector<double>& sums, double photons) {
         ++count_;
+        photons_ += photons;
         for (std::size_t i = 0; i < mean_.size(); ++i) {
             const double value = sums[i] / photons;
             const double delta = value - mean_[i];
-            mean_[i] += delta / static_cast<double>(count_);
-            squares_[i] += delta * (value - mean_[i]);
+            mean_[i] += delta * (photons / photons_);
+            squares_[i] += photons * delta * (value - mean_[i]);
         }
     }
     std::vector<Estimate> estimates(double factor) const {
         std::vector<Estimate> result(mean_.size());
         const auto n = static_cast<double>(count_);
         for (std::size_t i = 0; i < result.size(); ++i) {
-            const double variance = count_ > 1 ? squares_[i] / (n - 1) / n : 0;
+            const double variance = count_ > 1 ? squares_[i] / (n - 1) / photons_ : 0;
             result[i] = {factor * mean_[i], factor * std::sqrt(variance)};
         }
         return result;
@@ -219,6 +221,7 @@ public:
 
 private:
     std::int64_t count_ = 0;
+    double photons_ = 0;
     std::vector<double> mean_, squares_;
 };
 
