@@ -4,6 +4,7 @@
 #include "fluovox/volume/projection.h"
 
 #include "commands.h"
+#include "image_info.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -144,15 +145,21 @@ void save_preview(const std::string& file, const std::string& output) {
 }  // namespace
 
 ExitCode run_info(const std::vector<std::string>& arguments) {
-    CommandLine line("fluovox info FILE.vdb [--json] [--preview OUT.png]",
+    CommandLine line("fluovox info FILE.vdb|IMAGE.exr|STACK [--json] [--preview OUT.png] [--scene]",
                      "  fluovox info neuron.vdb\n"
                      "  fluovox info neuron.vdb --json\n"
-                     "  fluovox info neuron.vdb --preview neuron.png\n");
+                     "  fluovox info neuron.vdb --preview neuron.png\n"
+                     "  fluovox info neuron.exr                  an image: pixels, channels, samples, seed\n"
+                     "  fluovox info stack.ome.tif --scene       the scene that it was rendered from, as JSON\n");
     std::string file;
     std::string picture;
     auto add = line.options().add_options();
-    add("file", po::value(&file)->value_name("FILE.vdb"), "the grid file");
-    add("preview", po::value(&picture)->value_name("OUT.png"), "write a picture: the maximum along the shortest axis");
+    bool scene = false;
+    add("file", po::value(&file)->value_name("FILE"),
+        "the grid file, or an image or stack of fluovox (.exr, .ome.tif, .tif, .ome.zarr)");
+    add("preview", po::value(&picture)->value_name("OUT.png"),
+        "of grids: write a picture, the maximum along the shortest axis");
+    add("scene", po::bool_switch(&scene), "of an image or stack: print only the scene in it, as check --print would");
     line.positional("file", 1);
     if (!line.parse(arguments)) return ExitCode::Ok;
     if (file.empty()) line.fail("which file?");
@@ -160,6 +167,12 @@ ExitCode run_info(const std::vector<std::string>& arguments) {
         line.fail("--preview " + picture + ": the picture is a PNG: --preview OUT.png");
     }
 
+    if (is_image_name(file)) {
+        if (!picture.empty()) line.fail("--preview draws grids, and " + file + " is named like an image");
+        print_image_info(line.common(), file, scene);
+        return ExitCode::Ok;
+    }
+    if (scene) line.fail("--scene is of images and stacks, and " + file + " is named like neither");
     const auto grids = inspect_grids(file);
     if (!picture.empty()) save_preview(file, picture);
     if (line.common().json) {

@@ -25,7 +25,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"check", "read and resolve a scene, print it with every default", fluovox::tools::run_check},
     {"render", "the image of a scene", fluovox::tools::run_render},
     {"voxelize", "meshes to a VDB grid of dye concentration", fluovox::tools::run_voxelize},
-    {"info", "what is in a grid file", fluovox::tools::run_info},
+    {"info", "what is in a grid file, or in an image: its scene too", fluovox::tools::run_info},
     {"fluence", "photons from the lights: fluence, absorbed dose and the energy budget", fluovox::tools::run_fluence},
     {"dyes", "the dyes it knows, one dye's numbers and spectra, tissue", fluovox::tools::run_dyes},
     {"spectrum", "the spectral response of an image, against its dye's emission", fluovox::tools::run_spectrum},

@@ -244,6 +244,39 @@ assert np.allclose(both, both[::-1], rtol=0.1), both
 assert one[2] > 1.05 * one[-3], one")py");
 }
 
+TEST_F(StackTest, InfoTellsWhatAStackOrAPlaneIsAndGivesItsSceneBack) {
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "s.ome.tif", "--samples", "2"}).exit_code, 0);
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "s.ome.zarr", "--samples", "2"}).exit_code, 0);
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "s.exr", "--samples", "2"}).exit_code, 0);
+    const std::string scene = run({"check", "scene.toml", "--print", "--set", "render.samples=2"}).out;
+    for (const char* name : {"s.ome.tif", "s.ome.zarr", "s.exr"})
+        EXPECT_EQ(run({"info", name, "--scene"}).out, scene) << name;
+    expect_rows({
+        {"a stack",
+         {"info", "s.ome.tif"},
+         0,
+         "^$",
+         "7 planes of 14 x 12 pixels[\\s\\S]*12 x 12 x 10 um[\\s\\S]*green, EGFP, excited at 488 nm, seen at 525 "
+         "nm[\\s\\S]*radiance in W"},
+        {"a plane",
+         {"info", "s-0003.exr"},
+         0,
+         "^$",
+         "14 x 12 pixels[\\s\\S]*estimator path, 2 samples per pixel, seed"},
+        {"a preview of an image", {"info", "s-0003.exr", "--preview", "p.png"}, 2, "--preview draws grids"},
+        {"the scene of a grid", {"info", "s.vdb", "--scene"}, 2, "--scene is of images and stacks"},
+        {"no such stack", {"info", "t.ome.tif"}, 4, "t.ome.tif: there is no such file"},
+        {"no image", {"info", "scene.exr"}, 4, "scene.exr: "},
+    });
+    const auto image = nlohmann::json::parse(run({"info", "s-0003.exr", "--json"}).out);
+    EXPECT_EQ(image.at("samples"), 2);
+    EXPECT_TRUE(image.at("scene").at("stack").is_null()) << "a plane is an image with its own seed";
+    EXPECT_EQ(image.at("scene").at("film"), nlohmann::json::parse(scene).at("film"));
+    const auto stack = nlohmann::json::parse(run({"info", "s.ome.zarr", "--json"}).out);
+    EXPECT_EQ(stack.at("stack").at("size"), nlohmann::json({14, 12, 7}));
+    EXPECT_EQ(stack.at("scene"), nlohmann::json::parse(scene));
+}
+
 TEST_F(StackTest, TheErrorOfOneSamplePerPixelIsUnknown) {
     const auto json =
         nlohmann::json::parse(run({"render", "scene.toml", "-o", "j.ome.tif", "--samples", "1", "--json"}).out);

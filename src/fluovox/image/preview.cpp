@@ -114,8 +114,9 @@ std::vector<Rgb> colors_of_channels(const FilmSpec& spec) {
     for (const FilmChannel& channel : spec.channels)
         centers.push_back(channel.center_nm);
     std::sort(centers.begin(), centers.end());
+    // Bins of a spectrometer have the hue of their wavelength, however close they are.
     bool close = false;
-    for (std::size_t i = 1; i < centers.size(); ++i)
+    for (std::size_t i = 1; i < centers.size() && !spec.is_spectral; ++i)
         close = close || centers[i] - centers[i - 1] < kTooClose_nm;
 
     std::vector<Rgb> colors;

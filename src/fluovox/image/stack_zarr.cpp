@@ -1,5 +1,6 @@
 #include "fluovox/core/atomic_file.h"
 #include "fluovox/core/error.h"
+#include "fluovox/image/imagej_metadata.h"
 #include "fluovox/image/stack_file.h"
 
 #include <fmt/format.h>
@@ -84,7 +85,9 @@ public:
     Group(fs::path folder, const StackInfo& info, bool labels)
         : folder_(std::move(folder)), info_(info), labels_(labels), levels_(levels_of(info)) {}
 
-    void write_planes(const PlaneSource& source) const {
+    /// Gives for each channel what viewers show at first.
+    std::vector<DisplayRange> write_planes(const PlaneSource& source) const {
+        DisplayRanges seen(info_);
         for (std::size_t level = 0; level < levels_.size(); ++level)
             write_array(level);
         std::vector<float> values(info_.pixels());
@@ -92,12 +95,18 @@ public:
             for (int channel = 0; channel < static_cast<int>(info_.channels.size()); ++channel) {
                 values.resize(info_.pixels());
                 source(plane, channel, values);
+                seen.add(channel, values);
                 for (std::size_t level = 0; level < levels_.size(); ++level) {
                     if (level > 0) values = halved(values, levels_[level - 1], levels_[level], labels_);
                     write_chunk(folder_ / fmt::format("{}/{}/{}/0/0", level, channel, plane), values);
                 }
             }
         }
+        std::vector<DisplayRange> ranges;
+        ranges.reserve(info_.channels.size());
+        for (int channel = 0; channel < static_cast<int>(info_.channels.size()); ++channel)
+            ranges.push_back(seen.range(channel));
+        return ranges;
     }
 
     Json multiscale() const {
@@ -164,14 +173,19 @@ private:
     std::vector<Level> levels_;
 };
 
-Json channel_json(const StackInfo& info) {
+Json channel_json(const StackInfo& info, const std::vector<DisplayRange>& ranges) {
     const double top = info.type == SampleType::UInt16 ? info.max_value / info.value_per_count : info.max_value;
     Json channels = Json::array();
-    for (const StackChannel& channel : info.channels) {
+    for (std::size_t i = 0; i < info.channels.size(); ++i) {
+        const StackChannel& channel = info.channels[i];
         channels.push_back({{"label", channel.name},
                             {"color", fmt::format("{:06X}", channel.rgb)},
                             {"active", true},
-                            {"window", {{"min", 0.0}, {"max", top}, {"start", 0.0}, {"end", top}}}});
+                            {"window",
+                             {{"min", 0.0},
+                              {"max", std::max(top, ranges[i].high)},
+                              {"start", ranges[i].low},
+                              {"end", ranges[i].high}}}});
     }
     return channels;
 }
@@ -196,11 +210,10 @@ void write_zarr(const fs::path& folder, const StackInfo& info, const PlaneSource
                 const std::optional<StackLabels>& labels) {
     const Group group(folder, info, false);
     write_json(folder / ".zgroup", {{"zarr_format", 2}});
-    write_json(folder / ".zattrs",
-               {{"multiscales", {group.multiscale()}},
-                {"omero", {{"version", "0.4"}, {"name", info.title}, {"channels", channel_json(info)}}},
-                {"fluovox", {{"stack", Json::parse(to_json(info))}, {"scene", info.scene_json}}}});
-    group.write_planes(source);
+    const Json channels = channel_json(info, group.write_planes(source));
+    write_json(folder / ".zattrs", {{"multiscales", {group.multiscale()}},
+                                    {"omero", {{"version", "0.4"}, {"name", info.title}, {"channels", channels}}},
+                                    {"fluovox", {{"stack", Json::parse(to_json(info))}, {"scene", info.scene_json}}}});
     if (labels) write_labels(folder, info, *labels);
 }
 

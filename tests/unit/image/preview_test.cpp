@@ -91,6 +91,15 @@ TEST(Preview, ChannelsOfTheSameColourAreToldApart) {
               std::vector<float>(preview.rgb.begin() + 3, preview.rgb.end()));
 }
 
+TEST(Preview, BinsOfASpectrometerHaveTheHueOfTheirWavelengthHoweverClose) {
+    const std::vector<std::uint32_t> colors = channel_colors(testing::spectrometer(450, 650, 20));
+    const auto part = [&](std::size_t bin, unsigned shift) { return (colors[bin] >> shift) & 0xFFU; };
+    EXPECT_GT(part(0, 0), part(0, 8));     // 455 nm: blue over green
+    EXPECT_GT(part(7, 8), part(7, 16));    // 525 nm: green over red ...
+    EXPECT_GT(part(7, 8), part(7, 0));     // ... and blue
+    EXPECT_GT(part(19, 16), part(19, 8));  // 645 nm: red over green
+}
+
 TEST(Preview, ANoisySpikeDoesNotDarkenThePicture) {
     const FilmSpec spec = testing::spectrometer(400, 700, 3);
     Film film(32, 32, {"total"}, 3);

@@ -148,6 +148,25 @@ TEST_F(StackFileTest, EveryLevelOfAnOmeZarrLiesWhereTheStackDoes) {
     }
 }
 
+// One range for all would leave a dim channel black at first sight.
+TEST_F(StackFileTest, EachChannelOfAnOmeZarrIsShownByItsOwnBrightness) {
+    const StackInfo info = [] {
+        StackInfo stack = large_stack(40, 30, 2);
+        stack.max_value = 500;
+        return stack;
+    }();
+    save_ome_zarr(at("s.ome.zarr"), info, [](int /*plane*/, int channel, std::span<float> values) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = (channel == 0 ? 500.0F : 5.0F) * static_cast<float>(i % 100) / 99;
+    });
+    std::ifstream in(at("s.ome.zarr") / ".zattrs");
+    const auto channels = nlohmann::json::parse(in).at("omero").at("channels");
+    ASSERT_EQ(channels.size(), 2U);
+    EXPECT_NEAR(channels[0].at("window").at("end").get<double>(), 500, 10);
+    EXPECT_NEAR(channels[1].at("window").at("end").get<double>(), 5, 0.1);
+    EXPECT_EQ(channels[1].at("window").at("max").get<double>(), 500);
+}
+
 TEST_F(StackFileTest, AnOmeZarrReadsBackInAnyOrderAndDamageInAnyChunkIsFound) {
     for (const SampleType type : {SampleType::Float32, SampleType::UInt16}) {
         StackInfo written = large_stack(130, 70, 3);
