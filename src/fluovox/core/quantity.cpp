@@ -29,10 +29,10 @@ constexpr std::array kPowers = {Unit{"W", 1}, Unit{"mW", 1e-3}, Unit{"uW", 1e-6}
 constexpr std::array kConcentrations = {
     Unit{"uM", 1},     Unit{"pM", 1e-6},   Unit{"nM", 1e-3},    Unit{"mM", 1e3},      Unit{"M", 1e6},
     Unit{"umol/L", 1}, Unit{"mol/L", 1e6}, Unit{"mmol/L", 1e3}, Unit{"nmol/L", 1e-3}, Unit{"pmol/L", 1e-6}};
-constexpr std::array kCoefficients = {Unit{"/um", 1},   Unit{"/mm", 1e-3},   Unit{"/cm", 1e-4},  Unit{"/m", 1e-6},
-                                      Unit{"um^-1", 1}, Unit{"mm^-1", 1e-3}, Unit{"cm^-1", 1e-4}};
-constexpr std::array kExtinctions = {Unit{"/M/cm", 1}};
-constexpr std::array kRadiances = {Unit{"W/m2/sr", 1}};
+constexpr std::array kCoefficients = {Unit{"/um", 1},   Unit{"/mm", 1e-3},   Unit{"/cm", 1e-4},   Unit{"/m", 1e-6},
+                                      Unit{"um^-1", 1}, Unit{"mm^-1", 1e-3}, Unit{"cm^-1", 1e-4}, Unit{"m^-1", 1e-6}};
+constexpr std::array kExtinctions = {Unit{"/M/cm", 1}, Unit{"M^-1 cm^-1", 1}};
+constexpr std::array kRadiances = {Unit{"W/m2/sr", 1}, Unit{"W m^-2 sr^-1", 1}};
 constexpr std::array kAngles = {Unit{"rad", 1}, Unit{"deg", std::numbers::pi / 180}};
 constexpr std::array kTimes = {Unit{"s", 1}, Unit{"ms", 1e-3}, Unit{"us", 1e-6}};
 
@@ -85,6 +85,24 @@ std::string with_plain_micro(std::string_view unit) {
     return plain;
 }
 
+void replace_all(std::string& text, std::string_view from, std::string_view to) {
+    for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+        text.replace(at, from.size(), to);
+}
+
+// As the tables above have it: "1/mm", "mm-1" and "mm\u207b\u00b9" are all "mm^-1" or "/mm".
+std::string plain_unit(std::string_view unit) {
+    std::string plain = with_plain_micro(unit);
+    if (plain.starts_with("1/")) plain.erase(0, 1);
+    replace_all(plain, "\u207b", "-");
+    replace_all(plain, "\u00b9", "1");
+    replace_all(plain, "\u00b2", "2");
+    if (plain.find('^') == std::string::npos) replace_all(plain, "-", "^-");
+    replace_all(plain, "\u00b7", " ");
+    replace_all(plain, ".", " ");
+    return plain;
+}
+
 // What dimension a unit belongs to, for "that is a power".
 std::string_view dimension_of_unit(std::string_view unit) {
     for (const auto other : {Dimension::Length, Dimension::Power, Dimension::Concentration, Dimension::PerLength,
@@ -126,7 +144,7 @@ double parse_quantity(std::string_view text, Dimension dimension) {
         throw std::invalid_argument(
             fmt::format("{} needs a unit, for example \"{}\"", body, example_quantity(dimension, number)));
     }
-    const std::string unit = with_plain_micro(rest);
+    const std::string unit = plain_unit(rest);
     for (const Unit& known : about.units) {
         if (known.name != unit) continue;
         if (std::isfinite(number * known.size)) return number * known.size;

@@ -42,6 +42,20 @@ TEST(Quantity, TheMicroSignAndTheGreekLetterStandForU) {
     }
 }
 
+TEST(Quantity, ReciprocalUnitsAreReadAsPapersWriteThem) {
+    for (const std::string unit : {"/mm", "1/mm", "mm^-1", "mm-1", "mm\u207b\u00b9"})
+        EXPECT_DOUBLE_EQ(parse_quantity("20 " + unit, Dimension::PerLength), 0.02) << unit;
+    EXPECT_DOUBLE_EQ(parse_quantity("20m-1", Dimension::PerLength), 20e-6);
+    for (const std::string unit : {"/M/cm", "1/M/cm", "M^-1 cm^-1", "M-1 cm-1", "M\u207b\u00b9\u00b7cm\u207b\u00b9"})
+        EXPECT_DOUBLE_EQ(parse_quantity("55900 " + unit, Dimension::Extinction), 55900) << unit;
+    for (const std::string unit : {"W/m2/sr", "W m^-2 sr^-1", "W.m^-2.sr^-1"})
+        EXPECT_DOUBLE_EQ(parse_quantity("3 " + unit, Dimension::Radiance), 3) << unit;
+    EXPECT_EQ(complaint("20 mm-2", Dimension::PerLength).rfind("\"mm-2\" is not a unit of coefficient", 0), 0U);
+    EXPECT_EQ(complaint("5-6 um", Dimension::Length).rfind("\"-6 um\" is not a unit of length", 0), 0U);
+    EXPECT_EQ(complaint("5 1/um", Dimension::Length).rfind("\"5 1/um\" is a coefficient, not a length", 0), 0U);
+    EXPECT_EQ(complaint("5 u.m", Dimension::Length).rfind("\"u.m\" is not a unit", 0), 0U);
+}
+
 TEST(Quantity, SpacesThatDoNotBreakAreSpaces) {
     for (const std::string space : {"\u00a0", "\u202f", "\u2009", " \u00a0\t"}) {
         EXPECT_DOUBLE_EQ(parse_quantity("5" + space + "um", Dimension::Length), 5);
