@@ -277,6 +277,59 @@ TEST_F(StackTest, InfoTellsWhatAStackOrAPlaneIsAndGivesItsSceneBack) {
     EXPECT_EQ(stack.at("scene"), nlohmann::json::parse(scene));
 }
 
+// By the camera that volumes/voxelizing/README.md names for it. Values between voxels are trilinear, so that a pixel
+// holds about half of its own voxel.
+TEST_F(StackTest, ASegmentationIsSeenTheWayItIsStored) {
+    const std::vector<int> labels = {1, 0, 0, 0, 2, 0, 0, 1, 0, 0, 0, 0,  // rows of four, three of them a slice
+                                     0, 0, 0, 0, 0, 2, 0, 0, 1, 1, 0, 2};
+    std::string nrrd = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: text\n\n";
+    for (const int label : labels)
+        nrrd += std::to_string(label) + ' ';
+    write("labels.nrrd", nrrd);
+    ASSERT_EQ(run({"voxelize", "labels.nrrd", "-o", "labels.vdb", "--voxel-size", "1um", "--label", "1=EGFP:5uM",
+                   "--label", "2=mCherry:5uM"})
+                  .exit_code,
+              0);
+    write("seen.toml", R"([[medium]]
+dye  = "EGFP"
+grid = { file = "labels.vdb" }
+[[medium]]
+dye  = "mCherry"
+grid = { file = "labels.vdb" }
+[[light]]
+kind       = "uniform"
+wavelength = "488 nm"
+radiance   = "1 W/m2/sr"
+[camera]
+position   = ["2 um", "1.5 um", "-50 um"]
+target     = ["2 um", "1.5 um", "1 um"]
+up         = [0, -1, 0]
+field      = "3 um"
+resolution = [4, 3]
+[film]
+spectrum = { from = "500 nm", to = "520 nm", bins = 1 }
+[stack]
+along = [0, 0, 1]
+start = "-0.5 um"
+stop  = "0.5 um"
+step  = "1 um"
+)");
+    const ProgramResult result =
+        run({"render", "seen.toml", "-o", "seen.ome.tif", "--samples", "1", "--truth", "concentration"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    StackFile truth(folder() / "seen-concentration.ome.tif");
+    std::vector<float> page(12);
+    for (int plane = 0; plane < 2; ++plane) {
+        for (int channel = 0; channel < 2; ++channel) {
+            truth.read(plane, channel, page);
+            for (std::size_t i = 0; i < page.size(); ++i) {
+                const bool inside = labels[static_cast<std::size_t>(plane) * 12 + i] == channel + 1;
+                EXPECT_EQ(page[i] > 1.5F, inside) << "plane " << plane << ", channel " << channel << ", pixel " << i;
+            }
+        }
+    }
+}
+
 TEST_F(StackTest, TheErrorOfOneSamplePerPixelIsUnknown) {
     const auto json =
         nlohmann::json::parse(run({"render", "scene.toml", "-o", "j.ome.tif", "--samples", "1", "--json"}).out);
