@@ -30,7 +30,9 @@ constexpr const char* kExamples =
     "  fluovox render scene.toml -o quick.exr --samples 4 --set camera.resolution=[64,64]\n"
     "  fluovox render sheet.toml -o stack.ome.tif            z-stack of a scene with [stack]; .ome.zarr likewise\n"
     "  fluovox render sheet.toml -o stack.tif --format imagej --type uint16\n"
-    "  fluovox render scene.toml -o slow.exr --tracking plain --seed 2      the reference to check the fast one by\n";
+    "  fluovox render scene.toml -o slow.exr --tracking plain --seed 2      the reference to check the fast one by\n"
+    "  fluovox render neuron.exr -o again.exr                the scene in an image or stack once more: the same "
+    "bytes\n";
 
 std::vector<std::string> overrides(const CommandLine& line) {
     std::vector<std::string> keys;

@@ -1,6 +1,7 @@
 #include "cli/run_program.h"
 
 #include <csignal>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -282,6 +283,23 @@ TEST_F(RenderTest, OutputTroubleLosesNothing) {
     EXPECT_EQ(full.exit_code, 5) << full.err;
     EXPECT_EQ(read("old.exr"), "an image of yesterday");
     EXPECT_EQ(files(), (std::vector<std::string>{"old.exr", "scene.toml"}));
+}
+
+TEST_F(RenderTest, AnImageRendersAgainFromTheSceneInIt) {
+    write("scene.toml", kScene);
+    ASSERT_EQ(run({"render", "scene.toml", "-o", "a.exr", "--seed", "5"}).exit_code, 0);
+    std::filesystem::remove(folder() / "scene.toml");
+    ASSERT_EQ(run({"render", "a.exr", "-o", "b.exr"}).exit_code, 0);
+    EXPECT_TRUE(read("a.exr") == read("b.exr"));
+    write("resolved.json", run({"info", "a.exr", "--scene"}).out);
+    ASSERT_EQ(run({"render", "resolved.json", "-o", "c.exr"}).exit_code, 0);
+    EXPECT_TRUE(read("a.exr") == read("c.exr"));
+    ASSERT_EQ(run({"render", "a.exr", "-o", "d.exr", "--set", "render.seed=6"}).exit_code, 0);
+    EXPECT_FALSE(read("a.exr") == read("d.exr"));
+    expect_rows({
+        {"an image is not rendered into itself", {"render", "a.exr", "-o", "a.exr"}, 2, "a.exr: is an input"},
+        {"an image that is not there", {"check", "none.exr"}, 4, "none.exr: there is no such file"},
+    });
 }
 
 }  // namespace

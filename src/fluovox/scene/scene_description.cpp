@@ -1,12 +1,14 @@
 #include "fluovox/scene/scene_description.h"
 
 #include "fluovox/core/text.h"
+#include "fluovox/scene/embedded_scene.h"
 #include "fluovox/scene/read_scene.h"
 #include "fluovox/volume/region_nesting.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace fluovox {
 namespace {
@@ -60,13 +62,15 @@ void warn_of_what_is_absent(SceneDescription& scene) {
 
 SceneDescription load_scene_description(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                                         SceneUse use) {
-    return parse_scene_description(load_text(file), file, overrides, use);
+    const std::optional<std::string> of_image = embedded_scene(file);
+    return parse_scene_description(of_image ? *of_image : load_text(file), file, overrides, use);
 }
 
 SceneDescription parse_scene_description(const std::string& text, const std::filesystem::path& file,
                                          const std::vector<std::string>& overrides, SceneUse use) {
     if (text.size() > kLargestScene) throw SceneError({file.string(), 0, 0}, "is larger than 16 MiB, not a scene");
-    const SceneTable root = SceneTable::parse(text, file.string(), overrides);
+    const SceneTable root = SceneTable::parse(is_scene_json(text) ? scene_file_of_json(text, file.string()) : text,
+                                              file.string(), overrides);
     root.allow_only({"title", "medium", "light", "camera", "film", "stack", "render"});
 
     ReadContext context{file.parent_path(), {}, {}};

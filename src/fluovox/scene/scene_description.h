@@ -101,9 +101,11 @@ struct SceneDescription {
 /// What a scene is read for: an image needs a camera and a film, light alone does not.
 enum class SceneUse { Image, Light };
 
-/// Reads and checks a scene file. `overrides` are `KEY=VALUE` texts (`camera.resolution=[64,64]`) that replace keys.
-/// Throws SceneError with the place of the first mistake, InputError for a file that cannot be read (the scene or one
-/// of the tables it names), UsageError for an override that is no `KEY=VALUE`.
+/// Reads and checks a scene file, the JSON that `to_json` makes of one, or that in an image or stack of fluovox (whose
+/// relative paths start where the image lies; tables of numbers in it must be replaced). `overrides` are `KEY=VALUE`
+/// texts (`camera.resolution=[64,64]`) that replace keys. Throws SceneError with the place of the first mistake,
+/// InputError for a file that cannot be read (the scene or one of the tables it names), UsageError for an override that
+/// is no `KEY=VALUE`.
 SceneDescription load_scene_description(const std::filesystem::path& file,
                                         const std::vector<std::string>& overrides = {}, SceneUse use = SceneUse::Image);
 

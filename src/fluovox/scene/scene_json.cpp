@@ -43,10 +43,14 @@ Json band(double from_nm, double to_nm) {
     return {{"from", wavelength(from_nm)}, {"to", wavelength(to_nm)}};
 }
 
+bool is_flat(const Spectrum& spectrum) {
+    const std::vector<double>& values = spectrum.values();
+    return values.size() == 2 && values[0] == values[1];
+}
+
 // A flat piece of spectrum is a band, everything else a table.
 Json band_or_table(const Spectrum& spectrum) {
-    const std::vector<double>& values = spectrum.values();
-    if (values.size() == 2 && values[0] == values[1]) return band(spectrum.first_nm(), spectrum.last_nm());
+    if (is_flat(spectrum)) return band(spectrum.first_nm(), spectrum.last_nm());
     return {{"table", table(spectrum)}};
 }
 
@@ -223,10 +227,16 @@ Json film_json(const FilmSpec& film) {
         json["spectrum"]["bins"] = film.channels.size();
     } else {
         for (const FilmChannel& channel : film.channels) {
-            const Json response = band_or_table(channel.response);
-            json["channel"].push_back({{"name", channel.name},
-                                       {response.contains("table") ? "response" : "band", response},
-                                       {"counts_photons", channel.counts_photons}});
+            const Spectrum& response = channel.response;
+            Json one = {{"name", channel.name}};
+            // A band lets everything through; a filter may be as flat, but grey.
+            if (is_flat(response) && response.values().front() == 1) {
+                one["band"] = band(response.first_nm(), response.last_nm());
+            } else {
+                one["response"] = {{"table", table(response)}};
+            }
+            one["counts_photons"] = channel.counts_photons;
+            json["channel"].push_back(one);
         }
     }
     json["unit"] = film.unit == FilmUnit::Watts ? "watts" : "photons";

@@ -446,5 +446,46 @@ TEST_F(SceneDescriptionTest, ReferenceFileLoadsAndHasEveryKey) {
                                       "light.1.spectrum={ center = \"470 nm\", width = \"40 nm\" }"}));
 }
 
+// What check --print writes, and what is in every image.
+TEST_F(SceneDescriptionTest, ItsJsonIsAScene) {
+    const std::string pencil =
+        "[[light]]\nkind = \"beam\"\nwavelength = \"561 nm\"\npower = \"1 mW\"\nradius = \"9 um\"\n"
+        "numerical_aperture = 0.1\nposition = [\"0 um\", \"0 um\", \"-1 mm\"]\ndirection = [0, 0, 1]\n"
+        "[[light]]\nkind = \"uniform\"\nwavelength = \"488 nm\"\nradiance = \"1 W/m2/sr\"\n";
+    const std::string bands =
+        "[film]\nunit = \"photons\"\n[[film.channel]]\nname = \"a \\\"b\\\" \u00b5\"\nband = { center = \"525 nm\", "
+        "width = \"50 nm\" }\n";
+    const std::vector<std::string> scenes = {
+        kScene,
+        with(kScene, "[camera]", pencil + "[camera]"),
+        with(kScene, "[film]\nspectrum = { from = \"480 nm\", to = \"620 nm\", bins = 28 }\n", bands),
+        with(kScene, "thickness  = \"5 um\"",
+             "thickness = \"5 um\"\ndiffraction = true\ntwo_sided = true\n"
+             "waist = [\"0 um\", \"250 um\", \"250 um\"]\npivot_deg = [-2, 0, 2]"),
+        with(kScene, "anisotropy = 0.9",
+             "phase_function = { kind = \"two-term-henyey-greenstein\", g1 = 0.9, g2 = -0.3, weight = 0.9 }\n"
+             "refractive_index = 1.36"),
+        with(kScene, "numerical_aperture = 0.3",
+             "numerical_aperture = 0.8\nimmersion_index = 1.33\nexposure = \"20 ms\"\nblur = \"diffraction\""),
+        with(kScene, "samples   = 64",
+             "samples = 64\nfluorescence_orders = \"all\"\nphotons = 1e6\nmax_scatterings = 3\n"
+             "filter = { block = [{ from = \"483 nm\", to = \"493 nm\" }] }")};
+    for (const std::string& text : scenes) {
+        const std::string json = to_json(load(text));
+        EXPECT_EQ(to_json(load(json)), json);
+    }
+    EXPECT_EQ(complaint("{ \"title\": "), "3 scene.toml:1:1: error: begins like JSON, and is not");
+    EXPECT_NE(complaint("{ \"medium\": 3 }").find("no scene as check --print writes it"), std::string::npos);
+}
+
+TEST_F(SceneDescriptionTest, ItsJsonTellsAGreyFilterFromABand) {
+    write("grey.csv", "500,0.5\n550,0.5\n");
+    const std::string json =
+        to_json(load(with(kScene, "[film]\nspectrum = { from = \"480 nm\", to = \"620 nm\", bins = 28 }\n",
+                          "[[film.channel]]\nname = \"a\"\nfilter = \"grey.csv\"\n")));
+    EXPECT_EQ(json.find("\"band\""), std::string::npos);
+    EXPECT_NE(json.find("[0.5,0.5]"), std::string::npos) << json;
+}
+
 }  // namespace
 }  // namespace fluovox::testing
