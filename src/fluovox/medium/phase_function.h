@@ -15,6 +15,7 @@ namespace fluovox {
 /// Henyey-Greenstein phase function, per steradian, of the cosine between the direction of flight before and after;
 /// -1 < g < 1 is the mean cosine. Henyey & Greenstein, Astrophys. J. 93 (1941) 70.
 inline double henyey_greenstein(double cosine, double g) {
+    if (g == 0) return 1 / (4 * std::numbers::pi);
     const double d = 1 + g * g - 2 * g * cosine;
     return (1 - g * g) / (4 * std::numbers::pi * d * std::sqrt(d));
 }
@@ -88,9 +89,18 @@ inline double sample_phase_cosine(const PhaseFunction& phase, double u) {
 /// Its mean cosine, the anisotropy g.
 double mean_cosine(const PhaseFunction& phase);
 
+/// True where every direction is as likely.
+inline bool is_isotropic(const PhaseFunction& phase) {
+    const auto* usual = std::get_if<HenyeyGreenstein>(&phase);
+    return usual != nullptr && usual->g == 0;
+}
+
 /// A direction uniform over the sphere.
 inline Vec3 sample_isotropic(double u1, double u2) {
-    return turned({0, 0, 1}, 1 - 2 * u1, u2);
+    const double cosine = 1 - 2 * u1;
+    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+    const CirclePoint azimuth = on_circle(u2);
+    return {sine * azimuth.cos, sine * azimuth.sin, cosine};
 }
 
 }  // namespace fluovox

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace fluovox {
 namespace {
@@ -62,7 +63,38 @@ LineTracer::LineTracer(const Scene& scene, OpticalField& field) : scene_(&scene)
     for (const Light& light : scene.lights) {
         has_rectangles_ = has_rectangles_ || std::holds_alternative<RectangleLight>(light.shape);
         has_surround_ = has_surround_ || std::holds_alternative<UniformLight>(light.shape);
-        broad_.push_back(std::isfinite(size_um_) && !box.empty() && covers(light, box) ? 1 : 0);
+        even_.emplace_back();
+        if (!std::isfinite(size_um_) || box.empty() || !covers(light, box)) continue;
+        even_.back() = sample_light(light, box.center(), 0, 0);
+        if (even_.back()) even_.back()->distance_um = kFar;  // it starts before the box, beyond which nothing is
+    }
+}
+
+// What the media and lights are for one path, so that its steps need not look at those which do nothing.
+void LineTracer::plan(const PathTask& task) {
+    const PathOptics& optics = *task.optics;
+    scattering_.clear();
+    absorbing_.clear();
+    dimming_.clear();
+    for (const int i : field_->gridded()) {
+        const PathOptics::MediumLanes& lanes = lanes_of(optics, i);
+        const bool folded = is_folded(lanes);
+        if (folded) {
+            scattering_.push_back({i, lanes.extinction[0], lanes.scattering[0] / lanes.extinction[0]});
+        } else if (lanes.scattering[0] > 0) {
+            scattering_.push_back({i, lanes.scattering[0]});
+        }
+        if (!folded && lanes.absorption[0] > 0) absorbing_.push_back({i, lanes.absorption[0]});
+        if (lanes.extinction[0] > 0) dimming_.push_back({i, lanes.extinction[0]});
+    }
+    thick_ = is_thick(optics);
+    lights_.clear();
+    seeks_sections_ = false;
+    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
+        const double photons = task.light_photons[l][0];
+        if (photons <= 0) continue;
+        lights_.push_back({l, photons});
+        seeks_sections_ = seeks_sections_ || !thick_ || !even_[l];
     }
 }
 
@@ -77,25 +109,19 @@ bool LineTracer::is_thick(const PathOptics& optics) const {
     return most * size_um_ > kThick;
 }
 
-bool LineTracer::find_lit_sections(const Ray& ray, const PathTask& task, bool thick) {
-    sections_ = 0;
-    const auto is_sought = [&](std::size_t light) {
-        return task.light_photons[light][0] > 0 && !(thick && broad_[light] != 0);
-    };
-    const std::size_t lights = scene_->lights.size();
-    bool any = false;
-    for (std::size_t l = 0; l < lights; ++l)
-        any = any || is_sought(l);
-    if (!any) return false;
+bool LineTracer::find_lit_sections(const Ray& ray) {
     lit_.clear();
+    sections_ = 0;
     const Interval reach = field_->reach(ray, spans_);
-    for (std::size_t l = 0; l < lights; ++l) {
-        lit_.emplace_back(scene_->lights[l], ray, is_sought(l) ? reach : Interval{0, 0});
+    for (const ShiningLight& light : lights_) {
+        const bool is_sought = !(thick_ && even_[light.index]);
+        lit_.emplace_back(scene_->lights[light.index], ray, is_sought ? reach : Interval{0, 0});
         sections_ += lit_.back() ? 1 : 0;
     }
     return sections_ > 0;
 }
 
+// `light`: its place among those that shine.
 double LineTracer::lit_pdf(std::size_t light, double t_um) const {
     return sections_ > 0 && lit_[light] ? lit_[light].pdf(t_um) / static_cast<double>(sections_) : 0;
 }
@@ -108,13 +134,9 @@ LineTracer::Flight LineTracer::fly(const Ray& ray, const PathOptics& optics, Rng
         const double t = s.span.begin + rng.exponential() / coefficient;
         if (t < s.span.end && t < flight.t_um) flight = {t, s.medium, 1};
     }
-    for (const int i : field_->gridded()) {
-        const PathOptics::MediumLanes& lanes = lanes_of(optics, i);
-        if (lanes.scattering[0] <= 0) continue;
-        const bool folded = is_folded(lanes);
-        const double coefficient = folded ? lanes.extinction[0] : lanes.scattering[0];
-        const double t = field_->first_collision(i, ray, flight.t_um, coefficient, rng);
-        if (t < flight.t_um) flight = {t, i, folded ? lanes.scattering[0] / lanes.extinction[0] : 1};
+    for (const TrackedGrid& grid : scattering_) {
+        const double t = field_->first_collision(grid.medium, ray, flight.t_um, grid.coefficient, rng);
+        if (t < flight.t_um) flight = {t, grid.medium, grid.left};
     }
     if (flight.medium >= 0) {
         ++field_->counts().real_collisions;
@@ -130,13 +152,7 @@ double LineTracer::absorption_left(const Ray& ray, double end_um, const PathOpti
         const double coefficient = lanes_of(optics, s.medium).absorption[0];
         if (coefficient > 0) depth += coefficient * length_before(s.span, end_um);
     }
-    double left = depth > 0 ? std::exp(-depth) : 1;
-    for (const int i : field_->gridded()) {
-        const PathOptics::MediumLanes& lanes = lanes_of(optics, i);
-        if (lanes.absorption[0] <= 0 || is_folded(lanes) || left == 0) continue;
-        left *= field_->ratio_transmittance(i, ray, end_um, lanes.absorption[0], rng);
-    }
-    return left;
+    return track_through(absorbing_, ray, end_um, depth, rng);
 }
 
 double LineTracer::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um,
@@ -146,17 +162,22 @@ double LineTracer::transmittance(const Ray& ray, const std::vector<MediumSpan>& 
         const double coefficient = lanes_of(optics, s.medium).extinction[0];
         if (coefficient > 0) depth += coefficient * length_before(s.span, end_um);
     }
+    return track_through(dimming_, ray, end_um, depth, rng);
+}
+
+// What gets through an optical depth of constant media and through grids.
+double LineTracer::track_through(const std::vector<TrackedGrid>& grids, const Ray& ray, double end_um, double depth,
+                                 Rng& rng) {
     double left = depth > 0 ? std::exp(-depth) : 1;
-    for (const int i : field_->gridded()) {
-        const double coefficient = lanes_of(optics, i).extinction[0];
-        if (coefficient > 0 && left > 0) left *= field_->ratio_transmittance(i, ray, end_um, coefficient, rng);
+    for (const TrackedGrid& grid : grids) {
+        if (left > 0) left *= field_->ratio_transmittance(grid.medium, ray, end_um, grid.coefficient, rng);
     }
     return left;
 }
 
 double LineTracer::shadow(Vec3 position, const LightSample& light, const PathOptics& optics, Rng& rng) {
     const Ray ray{position, light.to_light};
-    field_->gather(ray, shadow_spans_);
+    if (field_->has_constant()) field_->gather(ray, shadow_spans_);
     return transmittance(ray, shadow_spans_, light.distance_um, optics, rng);
 }
 
@@ -178,34 +199,32 @@ double LineTracer::scattering_density(const Ray& ray, double t_um, const PathOpt
 }
 
 // Rectangles that the ray hits; they are also found by sampling them from its origin, unless that is the camera.
-double LineTracer::from_rectangles(const Path& path, const PathTask& task, Rng& rng) {
+double LineTracer::from_rectangles(const Path& path, const PathOptics& optics, Rng& rng) {
     double total = 0;
-    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
-        const auto* rectangle = std::get_if<RectangleLight>(&scene_->lights[l].shape);
-        const double photons = task.light_photons[l][0];
-        if (rectangle == nullptr || photons <= 0) continue;
+    for (const ShiningLight& light : lights_) {
+        const auto* rectangle = std::get_if<RectangleLight>(&scene_->lights[light.index].shape);
+        if (rectangle == nullptr) continue;
         const auto t = hit_rectangle(*rectangle, path.ray);
         if (!t) continue;
         const double other = path.pdf_per_sr > 0 ? rectangle_pdf(*rectangle, path.ray.direction, *t) : 0;
         const double weight = path.pdf_per_sr > 0 ? path.pdf_per_sr / (path.pdf_per_sr + other) : 1;
         total +=
-            weight * rectangle_radiance(*rectangle) * photons * transmittance(path.ray, spans_, *t, *task.optics, rng);
+            weight * rectangle_radiance(*rectangle) * light.photons * transmittance(path.ray, spans_, *t, optics, rng);
     }
     return total;
 }
 
 // Uniform light where the path leaves.
-double LineTracer::from_surround(const Path& path, const PathTask& task, Rng& rng) {
+double LineTracer::from_surround(const Path& path, const PathOptics& optics, Rng& rng) {
     double photons = 0;
-    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
-        if (std::holds_alternative<UniformLight>(scene_->lights[l].shape)) photons += task.light_photons[l][0];
+    for (const ShiningLight& light : lights_) {
+        if (std::holds_alternative<UniformLight>(scene_->lights[light.index].shape)) photons += light.photons;
     }
-    return photons > 0 ? photons * absorption_left(path.ray, kFar, *task.optics, rng) : 0;
+    return photons > 0 ? photons * absorption_left(path.ray, kFar, optics, rng) : 0;
 }
 
 // Light scattered at a point drawn where it shines on the ray.
-double LineTracer::scattered_once(const Path& path, const PathTask& task, Rng& rng) {
-    const PathOptics& optics = *task.optics;
+double LineTracer::scattered_once(const Path& path, const PathOptics& optics, Rng& rng) {
     auto left = static_cast<std::ptrdiff_t>(rng.uniform() * static_cast<double>(sections_));
     std::size_t chosen = 0;
     for (std::size_t i = 0; i < lit_.size(); ++i) {
@@ -215,7 +234,7 @@ double LineTracer::scattered_once(const Path& path, const PathTask& task, Rng& r
     const double own = lit_pdf(chosen, t);
     const Vec3 position = path.ray.at(t);
     const double u1 = rng.uniform();
-    const auto light = sample_light(scene_->lights[chosen], position, u1, rng.uniform());
+    const auto light = sample_light(scene_->lights[lights_[chosen].index], position, u1, rng.uniform());
     if (!light || !(own > 0)) return 0;
     field_->scattering_at(path.ray, t, spans_, optics, by_medium_, rng);
     const double cosine = dot(light->to_light, path.ray.direction);
@@ -227,68 +246,85 @@ double LineTracer::scattered_once(const Path& path, const PathTask& task, Rng& r
     const double other = scattering_density(path.ray, t, optics);
     const double seen = transmittance(path.ray, spans_, t, optics, rng);
     if (seen <= 0) return 0;
-    return light->fluence_per_um2 / (own + other) * scattered * task.light_photons[chosen][0] * seen *
+    return light->fluence_per_um2 / (own + other) * scattered * lights_[chosen].photons * seen *
            shadow(position, *light, optics, rng);
 }
 
 // Light scattered at the path's own vertex.
-double LineTracer::scattered_here(const Path& path, const Flight& flight, const PathTask& task, Rng& rng) {
-    const PathOptics& optics = *task.optics;
+double LineTracer::scattered_here(const Path& path, const Flight& flight, const PathOptics& optics, Rng& rng) {
     const Vec3 position = path.ray.at(flight.t_um);
     const PhaseFunction& scatters = scene_->media[static_cast<std::size_t>(flight.medium)].phase;
-    double density = -1;
     double total = 0;
-    for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
-        const double photons = task.light_photons[l][0];
-        if (photons <= 0) continue;
+    for (std::size_t i = 0; i < lights_.size(); ++i) {
+        const ShiningLight& shining = lights_[i];
+        if (thick_ && even_[shining.index]) {  // it is found here alone
+            const LightSample& light = *even_[shining.index];
+            const double phase = phase_per_sr(scatters, dot(light.to_light, path.ray.direction));
+            total += phase * light.fluence_per_um2 * shining.photons * shadow(position, light, optics, rng);
+            continue;
+        }
         const double u1 = rng.uniform();
-        const auto light = sample_light(scene_->lights[l], position, u1, rng.uniform());
+        const auto light = sample_light(scene_->lights[shining.index], position, u1, rng.uniform());
         if (!light) continue;
         const double phase = phase_per_sr(scatters, dot(light->to_light, path.ray.direction));
         double weight = 1;
         if (light->pdf_per_sr > 0) {
             weight = light->pdf_per_sr / (light->pdf_per_sr + phase);
-        } else if (const double other = lit_pdf(l, flight.t_um); other > 0) {
-            if (density < 0) density = scattering_density(path.ray, flight.t_um, optics);
+        } else if (const double other = lit_pdf(i, flight.t_um); other > 0) {
+            const double density = scattering_density(path.ray, flight.t_um, optics);
             weight = density / (density + other);
         }
-        total += weight * phase * light->fluence_per_um2 * photons * shadow(position, *light, optics, rng);
+        total += weight * phase * light->fluence_per_um2 * shining.photons * shadow(position, *light, optics, rng);
     }
     return total;
 }
 
+// To where it is scattered at the end of its flight.
+void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
+    const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(flight.medium)].phase;
+    const double u1 = rng.uniform();
+    const double u2 = rng.uniform();
+    path.ray.origin = path.ray.at(flight.t_um);
+    if (is_isotropic(phase)) {
+        path.ray.direction = sample_isotropic(u1, u2);
+        path.pdf_per_sr = 1 / (4 * std::numbers::pi);
+        return;
+    }
+    const double cosine = sample_phase_cosine(phase, u1);
+    path.pdf_per_sr = has_rectangles_ ? phase_per_sr(phase, cosine) : 0;
+    path.ray.direction = turned(path.ray.direction, cosine, u2);
+}
+
 double LineTracer::radiance(const Ray& ray, const PathTask& task, Rng& rng) {
+    plan(task);
     const PathOptics& optics = *task.optics;
-    const bool thick = is_thick(optics);
     Path path{ray, task.pdf_start_per_sr};
     int left = task.scatterings;
     double beta = 1;
     double total = 0;
     for (;;) {
-        field_->gather(path.ray, spans_);
-        if (has_rectangles_) total += beta * from_rectangles(path, task, rng);
+        if (field_->has_constant()) field_->gather(path.ray, spans_);
+        if (has_rectangles_) total += beta * from_rectangles(path, optics, rng);
         if (left == 0 && !has_surround_) break;
-        if (left > 0 && find_lit_sections(path.ray, task, thick)) total += beta * scattered_once(path, task, rng);
+        if (left > 0 && seeks_sections_ && find_lit_sections(path.ray))
+            total += beta * scattered_once(path, optics, rng);
         const Flight flight = fly(path.ray, optics, rng);
         if (flight.medium < 0) {
-            if (has_surround_) total += beta * from_surround(path, task, rng);
+            if (has_surround_) total += beta * from_surround(path, optics, rng);
             break;
         }
         if (left == 0) break;
         if (left != PathTask::kNoLimit) --left;
         beta *= flight.left;
         if (beta <= 0) break;
-        total += beta * scattered_here(path, flight, task, rng);
+        total += beta * scattered_here(path, flight, optics, rng);
 
         constexpr double kFaint = 0.05;
         if (beta < kFaint) {
             if (rng.uniform() * kFaint >= beta) break;
             beta = kFaint;
         }
-        const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(flight.medium)].phase;
-        const double cosine = sample_phase_cosine(phase, rng.uniform());
-        path.pdf_per_sr = phase_per_sr(phase, cosine);
-        path.ray = {path.ray.at(flight.t_um), turned(path.ray.direction, cosine, rng.uniform())};
+        turn(path, flight, rng);
     }
     return total;
 }

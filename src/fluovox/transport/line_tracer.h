@@ -6,7 +6,8 @@
 #include "fluovox/scene/scene.h"
 #include "fluovox/transport/optical_field.h"
 
-#include <cstdint>
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace fluovox {
@@ -35,26 +36,45 @@ private:
         Ray ray;
         double pdf_per_sr = 0;  // of the direction, where lights were sampled from the same point; else 0
     };
+    // A grid that is tracked with a coefficient, per um and unit of its value; what a collision with it leaves.
+    struct TrackedGrid {
+        int medium = 0;
+        double coefficient = 0;
+        double left = 1;
+    };
+    struct ShiningLight {
+        std::size_t index = 0;
+        double photons = 0;
+    };
 
+    void plan(const PathTask& task);
     bool is_thick(const PathOptics& optics) const;
-    bool find_lit_sections(const Ray& ray, const PathTask& task, bool thick);
+    bool find_lit_sections(const Ray& ray);
     double lit_pdf(std::size_t light, double t_um) const;
     Flight fly(const Ray& ray, const PathOptics& optics, Rng& rng);
     double absorption_left(const Ray& ray, double end_um, const PathOptics& optics, Rng& rng);
     double transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, const PathOptics& optics,
                          Rng& rng);
+    double track_through(const std::vector<TrackedGrid>& grids, const Ray& ray, double end_um, double depth, Rng& rng);
     double shadow(Vec3 position, const LightSample& light, const PathOptics& optics, Rng& rng);
     double scattering_density(const Ray& ray, double t_um, const PathOptics& optics) const;
-    double from_rectangles(const Path& path, const PathTask& task, Rng& rng);
-    double from_surround(const Path& path, const PathTask& task, Rng& rng);
-    double scattered_once(const Path& path, const PathTask& task, Rng& rng);
-    double scattered_here(const Path& path, const Flight& flight, const PathTask& task, Rng& rng);
+    double from_rectangles(const Path& path, const PathOptics& optics, Rng& rng);
+    double from_surround(const Path& path, const PathOptics& optics, Rng& rng);
+    double scattered_once(const Path& path, const PathOptics& optics, Rng& rng);
+    double scattered_here(const Path& path, const Flight& flight, const PathOptics& optics, Rng& rng);
+    void turn(Path& path, const Flight& flight, Rng& rng) const;
 
     const Scene* scene_;
     OpticalField* field_;
     bool has_rectangles_ = false, has_surround_ = false;
-    std::vector<std::uint8_t> broad_;  // per light: shines evenly on all media
-    double size_um_ = 0;               // diagonal of the box of all media
+    // Per light: how it shines everywhere where there are media, where that is the same all over.
+    std::vector<std::optional<LightSample>> even_;
+    double size_um_ = 0;  // diagonal of the box of all media
+    // The plan of the path that is traced.
+    std::vector<TrackedGrid> scattering_, absorbing_, dimming_;
+    std::vector<ShiningLight> lights_;
+    bool seeks_sections_ = false, thick_ = false;
+    // Along its ray.
     std::vector<MediumSpan> spans_, shadow_spans_;
     std::vector<LitSection> lit_;
     std::size_t sections_ = 0;

@@ -65,7 +65,13 @@ double hero_depth(const std::vector<MediumSpan>& spans, const PathOptics& optics
 
 OpticalField::OpticalField(const Scene& scene) : scene_(&scene), plain_(scene.description.render.plain_tracking) {
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
-        (scene.media[i].grid ? gridded_ : constant_).push_back(static_cast<int>(i));
+        const SparseGrid* grid = scene.media[i].grid.get();
+        (grid != nullptr ? gridded_ : constant_).push_back(static_cast<int>(i));
+        ways_.push_back({Way::Kind::None, grid});
+        if (grid == nullptr) continue;
+        ways_.back().kind = plain_                  ? Way::Kind::Plain
+                            : grid->has_directory() ? Way::Kind::Bricks
+                                                    : Way::Kind::Majorants;
     }
 }
 
@@ -181,19 +187,19 @@ Lanes OpticalField::transmittance(const Ray& ray, const std::vector<MediumSpan>&
 
 template <class Tracking>
 void OpticalField::track(int medium, const Ray& ray, double end_um, double coefficient, Tracking& tracking) const {
-    const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(medium)].grid;
+    const Way& way = ways_[static_cast<std::size_t>(medium)];
+    const SparseGrid& grid = *way.grid;
+    if (way.kind == Way::Kind::Bricks) return BoundVisitor(grid, ray, {0, end_um}, coefficient).run(tracking);
     const auto step_along = [&](auto walk) {
         const auto tap = [&] { return WalkTap<decltype(walk)>{&walk}; };
         for (auto segment = typename decltype(walk)::Segment{}; walk.next(segment);) {
             if (tracking.look(segment.begin, segment.end, segment.bound, tap)) return;
         }
     };
-    if (plain_) {
+    if (way.kind == Way::Kind::Plain) {
         step_along(PlainWalk(grid, ray, {0, end_um}, coefficient));
-    } else if (!grid.has_directory()) {
-        step_along(MajorantWalk(grid, ray, {0, end_um}, coefficient));
     } else {
-        BoundVisitor(grid, ray, {0, end_um}, coefficient).run(tracking);
+        step_along(MajorantWalk(grid, ray, {0, end_um}, coefficient));
     }
 }
 

@@ -96,6 +96,7 @@ public:
     const Scene& scene() const { return *scene_; }
     /// Indices of the media with a grid.
     const std::vector<int>& gridded() const { return gridded_; }
+    bool has_constant() const { return !constant_.empty(); }
     TrackingCounts& counts() { return counts_; }
 
 private:
@@ -107,9 +108,16 @@ private:
     void delta_track(Walk walk, int medium, const PathOptics& optics, Rng& rng, std::optional<Scattering>& nearest,
                      Lanes& likeness);
 
+    // A grid by the way it is tracked in the inner loops.
+    struct Way {
+        enum class Kind { None, Plain, Majorants, Bricks } kind = Kind::None;
+        const SparseGrid* grid = nullptr;
+    };
+
     const Scene* scene_;
     bool plain_;                           // tracks by PlainWalk
     std::vector<int> constant_, gridded_;  // indices of media
+    std::vector<Way> ways_;                // per medium
     TrackingCounts counts_;
 };
 

@@ -11,22 +11,22 @@
 
 namespace fluovox {
 
-/// One axis of a ray in index space: where it meets the planes of the grid.
+/// One axis of a ray, in bricks from the corner of a box: where it meets the planes between them.
 struct RayAxis {
     double origin = 0, direction = 0;
     double inverse = 0, offset = 0;
-    int step = 1;
 
-    RayAxis(double o, double d) : origin(o), direction(d), step(d < 0 ? -1 : 1) {
+    RayAxis(double o, double d) : origin(o), direction(d) {
         constexpr double kLeast = 1e-100;  // planes that the ray runs along are met too far away to matter
-        inverse = 1 / (std::abs(d) < kLeast ? step * kLeast : d);
+        inverse = 1 / (d + std::copysign(kLeast, d));
         offset = -o * inverse;
     }
+    bool is_upward() const { return inverse > 0; }
     double meets(double plane) const { return plane * inverse + offset; }
-    /// Brick that holds the ray at t.
-    int brick(double t) const { return floor_to_int((origin + t * direction) * (1.0 / SparseGrid::kBrickSize)); }
-    /// The stretch between two planes.
-    Interval between(int low, int high) const {
+    /// Brick that holds the ray at t, of so many.
+    int brick(double t, int count) const { return std::clamp(static_cast<int>(origin + t * direction), 0, count - 1); }
+    /// The stretch in the box.
+    Interval between(double low, double high) const {
         const double a = meets(low);
         const double b = meets(high);
         return {std::min(a, b), std::max(a, b)};
@@ -43,14 +43,14 @@ public:
     BoundVisitor(const SparseGrid& grid, const Ray& ray, Interval span, double coefficient)
         : grid_(&grid),
           coefficient_(coefficient),
-          origin_(grid.index_from_world().point(ray.origin)),
-          direction_(grid.index_from_world().direction(ray.direction)),
+          origin_(grid.to_bricks_.point(ray.origin)),
+          direction_(grid.to_bricks_.direction(ray.direction)),
           x_(origin_.x, direction_.x),
           y_(origin_.y, direction_.y),
           z_(origin_.z, direction_.z) {
-        const Interval in_x = x_.between(grid.occupied_min_.x, grid.occupied_max_.x);
-        const Interval in_y = y_.between(grid.occupied_min_.y, grid.occupied_max_.y);
-        const Interval in_z = z_.between(grid.occupied_min_.z, grid.occupied_max_.z);
+        const Interval in_x = x_.between(0, grid.to_bricks_.count.x);
+        const Interval in_y = y_.between(0, grid.to_bricks_.count.y);
+        const Interval in_z = z_.between(0, grid.to_bricks_.count.z);
         begin_ = std::max(std::max(span.begin, in_x.begin), std::max(in_y.begin, in_z.begin));
         leave_ = std::min(std::min(span.end, in_x.end), std::min(in_y.end, in_z.end));
     }
@@ -70,7 +70,6 @@ private:
     static constexpr double kFew = 0.12;
     // Where a brick has more than these, thinning them takes longer than walking its blocks.
     static constexpr double kMany = 2;
-    static constexpr double kSize = SparseGrid::kBrickSize;
 
     enum class Thinning { None, ByBlocks };
 
@@ -78,27 +77,27 @@ private:
     struct Tap {
         const SparseGrid* grid;
         const Vec3 *origin, *direction;
-        Voxel first;
+        Voxel first;  // brick of the stretch, or that at the corner of the box
         const SparseGrid::Brick* brick;
         Thinning thinning;
 
-        FixedPoint at(double t) const { return FixedPoint(*origin + t * *direction); }
+        FixedPoint at(double t) const { return FixedPoint::from_brick(*origin + t * *direction, first); }
 
         // Uses the 8 highest bits; a value takes the lowest 54.
         double local_bound(const FixedPoint& place, double bound, std::uint64_t bits) const {
             if (thinning == Thinning::None) return bound;
-            constexpr int kHalf = SparseGrid::kBlockSize;
-            const unsigned share = brick->bounds[place.octant({first.x + kHalf, first.y + kHalf, first.z + kHalf})];
+            const unsigned share = brick->bounds[place.block()];
             if (share == 0 || (bits >> 56U) > share) return 0;
             return bound * ((share + 1) * (1.0 / 256));
         }
 
         double value(const FixedPoint& place, std::uint64_t bits) const {
             const Voxel voxel = place.rounded(bits);
-            const auto beyond = static_cast<unsigned>((voxel.x - first.x) | (voxel.y - first.y) | (voxel.z - first.z));
-            if (brick != nullptr && beyond < SparseGrid::kBrickSize)
+            constexpr int kSize = SparseGrid::kBrickSize;
+            if (brick != nullptr && static_cast<unsigned>(voxel.x | voxel.y | voxel.z) < kSize)
                 return static_cast<double>(grid->value_in(*brick, voxel));
-            return static_cast<double>(grid->value(voxel));
+            return static_cast<double>(
+                grid->value_in_box({kSize * first.x + voxel.x, kSize * first.y + voxel.y, kSize * first.z + voxel.z}));
         }
     };
 
@@ -106,32 +105,31 @@ private:
         return {grid_, &origin_, &direction_, first, brick, thinning};
     }
 
-    // First voxel of the brick that is left through this plane.
-    static int first_voxel(const RayAxis& axis, double exit_plane) {
-        return static_cast<int>(exit_plane) - (axis.step > 0 ? SparseGrid::kBrickSize : 0);
+    // The brick that is left through this plane.
+    static int brick_before(const RayAxis& axis, double exit_plane) {
+        return static_cast<int>(exit_plane) - (axis.is_upward() ? 1 : 0);
     }
 
     template <class Tracking>
     void through_bricks(Tracking& tracking) const {
-        const Voxel low{grid_->occupied_min_.x / 8, grid_->occupied_min_.y / 8, grid_->occupied_min_.z / 8};
         const Voxel n = grid_->brick_count_;
         double t = begin_;
         const double leave = leave_;
-        const int i = std::clamp(x_.brick(t), low.x, low.x + n.x - 1);
-        const int j = std::clamp(y_.brick(t), low.y, low.y + n.y - 1);
-        const int k = std::clamp(z_.brick(t), low.z, low.z + n.z - 1);
-        std::ptrdiff_t slot = (static_cast<std::ptrdiff_t>(i - low.x) * n.y + (j - low.y)) * n.z + (k - low.z);
-        const std::ptrdiff_t slots_x = static_cast<std::ptrdiff_t>(x_.step) * n.y * n.z;
-        const std::ptrdiff_t slots_y = static_cast<std::ptrdiff_t>(y_.step) * n.z;
-        const std::ptrdiff_t slots_z = z_.step;
+        const int i = x_.brick(t, n.x);
+        const int j = y_.brick(t, n.y);
+        const int k = z_.brick(t, n.z);
+        std::ptrdiff_t slot = (static_cast<std::ptrdiff_t>(i) * n.y + j) * n.z + k;
+        const std::ptrdiff_t slots_x = static_cast<std::ptrdiff_t>(x_.is_upward() ? n.y : -n.y) * n.z;
+        const std::ptrdiff_t slots_y = y_.is_upward() ? n.z : -n.z;
+        const std::ptrdiff_t slots_z = z_.is_upward() ? 1 : -1;
         // The planes through which the brick is left. What they are met at is worked out afresh each time: so the last
         // ones are met just where the box ends.
-        double plane_x = kSize * (i + (x_.step > 0 ? 1 : 0));
-        double plane_y = kSize * (j + (y_.step > 0 ? 1 : 0));
-        double plane_z = kSize * (k + (z_.step > 0 ? 1 : 0));
-        const double step_x = kSize * x_.step;
-        const double step_y = kSize * y_.step;
-        const double step_z = kSize * z_.step;
+        double plane_x = i + (x_.is_upward() ? 1 : 0);
+        double plane_y = j + (y_.is_upward() ? 1 : 0);
+        double plane_z = k + (z_.is_upward() ? 1 : 0);
+        const double step_x = x_.is_upward() ? 1 : -1;
+        const double step_y = y_.is_upward() ? 1 : -1;
+        const double step_z = z_.is_upward() ? 1 : -1;
         double next_x = x_.meets(plane_x);
         double next_y = y_.meets(plane_y);
         double next_z = z_.meets(plane_z);
@@ -146,7 +144,7 @@ private:
             const double depth = coefficient * bound * (end - t);
             if (depth > std::min(rest, kMany)) [[unlikely]] {
                 tracking.set_rest(rest);
-                const Voxel first{first_voxel(x_, plane_x), first_voxel(y_, plane_y), first_voxel(z_, plane_z)};
+                const Voxel first{brick_before(x_, plane_x), brick_before(y_, plane_y), brick_before(z_, plane_z)};
                 if (look_in_brick(tracking, slot, {t, end}, bound, first)) return;
                 rest = tracking.rest();
             } else {
@@ -171,7 +169,7 @@ private:
         tracking.set_rest(rest);
     }
 
-    // On a stretch through the brick that starts at the voxel `first`; true when the tracking ends there.
+    // On a stretch through the brick at `first`; true when the tracking ends there.
     template <class Tracking>
     bool look_in_brick(Tracking& tracking, std::ptrdiff_t slot, Interval span, double bound, Voxel first) const {
         const SparseGrid::Brick& brick = grid_->bricks_[grid_->directory_.brick(static_cast<std::size_t>(slot))];
@@ -188,13 +186,12 @@ private:
     // The blocks on a stretch through a brick, from the one that rays in this direction meet first.
     template <class Visit>
     bool through_blocks(const SparseGrid::Brick& brick, Interval span, Voxel first, const Visit& visit) const {
-        constexpr int kHalf = SparseGrid::kBlockSize;
         double t = span.begin;
         const double end = span.end;
-        double half_x = x_.meets(first.x + kHalf);
-        double half_y = y_.meets(first.y + kHalf);
-        double half_z = z_.meets(first.z + kHalf);
-        unsigned block = (x_.step < 0 ? 4U : 0U) | (y_.step < 0 ? 2U : 0U) | (z_.step < 0 ? 1U : 0U);
+        double half_x = x_.meets(first.x + 0.5);
+        double half_y = y_.meets(first.y + 0.5);
+        double half_z = z_.meets(first.z + 0.5);
+        unsigned block = (x_.is_upward() ? 0U : 4U) | (y_.is_upward() ? 0U : 2U) | (z_.is_upward() ? 0U : 1U);
         if (t >= half_x) block ^= 4U, half_x = end;
         if (t >= half_y) block ^= 2U, half_y = end;
         if (t >= half_z) block ^= 1U, half_z = end;

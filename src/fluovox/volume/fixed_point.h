@@ -18,6 +18,16 @@ public:
 
     explicit FixedPoint(Vec3 position) : x_(fixed(position.x)), y_(fixed(position.y)), z_(fixed(position.z)) {}
 
+    /// Of a position in bricks of 8^3 voxels, none of its coordinates negative but by rounding; from the corner of the
+    /// brick `first` on.
+    static FixedPoint from_brick(Vec3 bricks, Voxel first) {
+        constexpr double kSteps = 1U << (3 + kBits);
+        const auto along = [](double at, int corner) {
+            return static_cast<std::int64_t>(at * kSteps) - std::int64_t{corner} * (1 << (3 + kBits));
+        };
+        return {along(bricks.x, first.x), along(bricks.y, first.y), along(bricks.z, first.z)};
+    }
+
     /// One of the eight voxels around it, drawn with the trilinear weights by the lowest 54 of some random bits.
     Voxel rounded(std::uint64_t bits) const {
         constexpr std::uint64_t kFraction = (1U << kBits) - 1;
@@ -27,14 +37,19 @@ public:
         return {up(x_, bits), up(y_, bits >> kBits), up(z_, bits >> (2 * kBits))};
     }
 
-    /// Which of the eight parts of space that meet at a voxel's centre it lies in: 4, 2 and 1 for the upper halves
-    /// along x, y and z.
-    unsigned octant(Voxel middle) const {
-        const auto above = [](std::int64_t at, int plane) { return at >= std::int64_t{plane} * (1 << kBits); };
-        return (above(x_, middle.x) ? 4U : 0U) | (above(y_, middle.y) ? 2U : 0U) | (above(z_, middle.z) ? 1U : 0U);
+    /// Which of the eight blocks of a brick it lies in, counted from the corner of that: 4, 2 and 1 for the upper
+    /// halves along x, y and z.
+    unsigned block() const {
+        constexpr std::int64_t kBelow = (std::int64_t{1} << (2 + kBits)) - 1;
+        const auto is_upper = [](std::int64_t at) {
+            return static_cast<unsigned>(static_cast<std::uint64_t>(kBelow - at) >> 63U);
+        };
+        return (is_upper(x_) << 2U) | (is_upper(y_) << 1U) | is_upper(z_);
     }
 
 private:
+    FixedPoint(std::int64_t x, std::int64_t y, std::int64_t z) : x_(x), y_(y), z_(z) {}
+
     // The conversion rounds towards zero, so it is made of a positive number.
     static std::int64_t fixed(double at) {
         constexpr double kOne = 1U << kBits;

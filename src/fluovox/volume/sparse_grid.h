@@ -64,19 +64,8 @@ public:
 
     /// Value of a voxel.
     float value(Voxel voxel) const {
-        if (has_directory()) {
-            const int i = (voxel.x >> 3) - occupied_min_.x / kBrickSize;
-            const int j = (voxel.y >> 3) - occupied_min_.y / kBrickSize;
-            const int k = (voxel.z >> 3) - occupied_min_.z / kBrickSize;
-            if (static_cast<unsigned>(i) >= static_cast<unsigned>(brick_count_.x) ||
-                static_cast<unsigned>(j) >= static_cast<unsigned>(brick_count_.y) ||
-                static_cast<unsigned>(k) >= static_cast<unsigned>(brick_count_.z)) {
-                return constants_[0];
-            }
-            const std::size_t slot = brick_slot(i, j, k);
-            return directory_.has(slot) ? value_in(bricks_[directory_.brick(slot)], voxel) : constants_[0];
-        }
-        return value_from_root(voxel);
+        if (!has_directory()) return value_from_root(voxel);
+        return value_in_box({voxel.x - occupied_min_.x, voxel.y - occupied_min_.y, voxel.z - occupied_min_.z});
     }
     /// The same by the tree alone.
     float value_from_root(Voxel voxel) const {
@@ -161,6 +150,19 @@ private:
         std::vector<std::uint8_t> levels_;
     };
 
+    /// From the world to the bricks of a box: coordinates count bricks from its corner.
+    struct BrickMap {
+        Affine map;
+        Vec3 scale;               // the diagonal of `map`
+        bool is_diagonal = true;  // most are: three products do
+        Vec3 count;               // bricks along the box
+
+        Vec3 point(Vec3 p) const { return direction(p) + map.offset; }
+        Vec3 direction(Vec3 d) const {
+            return is_diagonal ? Vec3{scale.x * d.x, scale.y * d.y, scale.z * d.z} : map.direction(d);
+        }
+    };
+
     SparseGrid() = default;
 
     // Bits that are set. (The builtin calls a function on processors that may lack the instruction.)
@@ -201,6 +203,19 @@ private:
         if ((node.mask & bit) == 0) return nullptr;
         return &bricks_[node.first + static_cast<unsigned>(count_bits(node.mask & (bit - 1)))];
     }
+    // Of a voxel counted from the corner of the occupied box, by the directory.
+    float value_in_box(Voxel voxel) const {
+        const int i = voxel.x >> 3;
+        const int j = voxel.y >> 3;
+        const int k = voxel.z >> 3;
+        if (static_cast<unsigned>(i) >= static_cast<unsigned>(brick_count_.x) ||
+            static_cast<unsigned>(j) >= static_cast<unsigned>(brick_count_.y) ||
+            static_cast<unsigned>(k) >= static_cast<unsigned>(brick_count_.z)) {
+            return constants_[0];
+        }
+        const std::size_t slot = brick_slot(i, j, k);
+        return directory_.has(slot) ? value_in(bricks_[directory_.brick(slot)], voxel) : constants_[0];
+    }
     // Of a voxel of the brick.
     float value_in(const Brick& brick, Voxel voxel) const {
         const auto block = static_cast<std::size_t>((voxel.x & 4) | ((voxel.y & 4) >> 1) | ((voxel.z & 4) >> 2));
@@ -228,6 +243,7 @@ private:
     std::vector<std::int32_t> slots_;    // per group and place in it: a node, or -1
     std::vector<Node> nodes_;
     Voxel brick_count_;    // of the occupied box
+    BrickMap to_bricks_;   // from its corner
     Directory directory_;  // in that box; empty where the box is large
     BoundLevels levels_;
     std::vector<Brick> bricks_;

@@ -337,6 +337,17 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
     constexpr double kFree = 1 << 18;
     if (kBytes * bricks > kFree + static_cast<double>(std::max(grid.active_voxels_, grid.codes_.size()))) return;
     grid.brick_count_ = count;
+    SparseGrid::BrickMap& to_bricks = grid.to_bricks_;
+    to_bricks.count = {1.0 * count.x, 1.0 * count.y, 1.0 * count.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        const Vec3 row = grid.index_from_world_.rows[static_cast<std::size_t>(axis)];
+        to_bricks.map.rows[static_cast<std::size_t>(axis)] = (1.0 / kBrick) * row;
+        to_bricks.scale[axis] = row[axis] / kBrick;
+        for (int other = 0; other < 3; ++other)
+            to_bricks.is_diagonal = to_bricks.is_diagonal && (other == axis || row[other] == 0);
+    }
+    to_bricks.map.offset =
+        (1.0 / kBrick) * (grid.index_from_world_.offset - Vec3{1.0 * low.x, 1.0 * low.y, 1.0 * low.z});
     std::vector<std::int32_t> by_place(static_cast<std::size_t>(bricks), -1);
     std::vector<std::uint8_t> levels(by_place.size(), 0);
     std::size_t slot = 0;
