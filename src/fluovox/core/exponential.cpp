@@ -1,5 +1,7 @@
 #include "fluovox/core/exponential.h"
 
+#include "fluovox/core/rng.h"
+
 #include <cmath>
 #include <cstddef>
 
@@ -25,5 +27,12 @@ ExponentialLayers make_layers() {
 }  // namespace
 
 const ExponentialLayers kExponentialLayers = make_layers();
+
+double Rng::exponential_at_edge(std::size_t layer, double x) {
+    if (layer == 0) return kExponentialLayers.x[1] + exponential();  // the tail looks like the whole
+    const double low = kExponentialLayers.y[layer];
+    const double high = kExponentialLayers.y[layer + 1];
+    return low + uniform() * (high - low) < std::exp(-x) ? x : exponential();
+}
 
 }  // namespace fluovox

@@ -27,21 +27,25 @@ CameraRays::CameraRays(const Camera& camera)
       axis_(normalized(camera.target - camera.position)),
       right_(normalized(cross(axis_, camera.up))),
       up_(cross(right_, axis_)),
+      middle_(camera.position + camera.focus_um * axis_),
       pixel_um_(pixel_um(camera)),
+      pixel_right_(pixel_um_ * right_),
+      pixel_up_(pixel_um_ * up_),
       blur_sigma_(camera.blur_um / (2 * std::sqrt(2 * std::numbers::ln2))) {}  // of a full width at half maximum
 
-// A random shift on the focal plane; without blur none, and no random numbers used.
-Vec3 CameraRays::blur(Rng& rng) const {
-    if (blur_sigma_ == 0) return {};
+// A random one on the focal plane.
+Vec3 CameraRays::shift(Rng& rng) const {
     const double r = blur_sigma_ * std::sqrt(2 * rng.exponential());
     const double angle = 2 * std::numbers::pi * rng.uniform();
     return (r * std::cos(angle)) * right_ + (r * std::sin(angle)) * up_;
 }
 
 Ray CameraRays::sample(int x, int y, Rng& rng) const {
-    const double across = (x + rng.uniform() - 0.5 * camera_.width) * pixel_um_;
-    const double upward = (0.5 * camera_.height - y - rng.uniform()) * pixel_um_;
-    const Vec3 sharp = camera_.position + camera_.focus_um * axis_ + across * right_ + upward * up_ + blur(rng);
+    const double across = x + rng.uniform() - 0.5 * camera_.width;
+    const double upward = 0.5 * camera_.height - y - rng.uniform();
+    const Vec3 sharp = middle_ + across * pixel_right_ + upward * pixel_up_ + blur(rng);
+    if (camera_.numerical_aperture == 0 && camera_.kind == Camera::Kind::Telecentric)
+        return {sharp - camera_.focus_um * axis_, axis_};
     double a = 0;
     double b = 0;
     if (camera_.numerical_aperture > 0) {  // a point of the unit disc

@@ -44,11 +44,15 @@ public:
 
 private:
     bool find_pixel(Vec3 sharp, CameraConnection& connection) const;
-    Vec3 blur(Rng& rng) const;
+    Vec3 shift(Rng& rng) const;
+    // Without blur no random numbers are used.
+    Vec3 blur(Rng& rng) const { return blur_sigma_ == 0 ? Vec3{} : shift(rng); }
 
     Camera camera_;
     Vec3 axis_, right_, up_;
-    double pixel_um_ = 0;    // on the focal plane
+    Vec3 middle_;          // of the film, on the focal plane
+    double pixel_um_ = 0;  // on the focal plane
+    Vec3 pixel_right_, pixel_up_;
     double blur_sigma_ = 0;  // standard deviation on the focal plane, um
 };
 

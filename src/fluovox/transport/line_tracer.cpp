@@ -70,31 +70,31 @@ LineTracer::LineTracer(const Scene& scene, OpticalField& field) : scene_(&scene)
     }
 }
 
-// What the media and lights are for one path, so that its steps need not look at those which do nothing.
-void LineTracer::plan(const PathTask& task) {
+void LineTracer::make_plan(const PathTask& task, LinePlan& plan) const {
     const PathOptics& optics = *task.optics;
-    scattering_.clear();
-    absorbing_.clear();
-    dimming_.clear();
+    plan.optics = &optics;
+    plan.scattering.clear();
+    plan.absorbing.clear();
+    plan.dimming.clear();
     for (const int i : field_->gridded()) {
         const PathOptics::MediumLanes& lanes = lanes_of(optics, i);
         const bool folded = is_folded(lanes);
         if (folded) {
-            scattering_.push_back({i, lanes.extinction[0], lanes.scattering[0] / lanes.extinction[0]});
+            plan.scattering.push_back({i, lanes.extinction[0], lanes.scattering[0] / lanes.extinction[0]});
         } else if (lanes.scattering[0] > 0) {
-            scattering_.push_back({i, lanes.scattering[0]});
+            plan.scattering.push_back({i, lanes.scattering[0]});
         }
-        if (!folded && lanes.absorption[0] > 0) absorbing_.push_back({i, lanes.absorption[0]});
-        if (lanes.extinction[0] > 0) dimming_.push_back({i, lanes.extinction[0]});
+        if (!folded && lanes.absorption[0] > 0) plan.absorbing.push_back({i, lanes.absorption[0]});
+        if (lanes.extinction[0] > 0) plan.dimming.push_back({i, lanes.extinction[0]});
     }
-    thick_ = is_thick(optics);
-    lights_.clear();
-    seeks_sections_ = false;
+    plan.is_thick = is_thick(optics);
+    plan.lights.clear();
+    plan.seeks_sections = false;
     for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
         const double photons = task.light_photons[l][0];
         if (photons <= 0) continue;
-        lights_.push_back({l, photons});
-        seeks_sections_ = seeks_sections_ || !thick_ || !even_[l];
+        plan.lights.push_back({l, photons});
+        plan.seeks_sections = plan.seeks_sections || !plan.is_thick || !even_[l];
     }
 }
 
@@ -109,12 +109,12 @@ bool LineTracer::is_thick(const PathOptics& optics) const {
     return most * size_um_ > kThick;
 }
 
-bool LineTracer::find_lit_sections(const Ray& ray) {
+bool LineTracer::find_lit_sections(const Ray& ray, const LinePlan& plan) {
     lit_.clear();
     sections_ = 0;
     const Interval reach = field_->reach(ray, spans_);
-    for (const ShiningLight& light : lights_) {
-        const bool is_sought = !(thick_ && even_[light.index]);
+    for (const LinePlan::ShiningLight& light : plan.lights) {
+        const bool is_sought = !(plan.is_thick && even_[light.index]);
         lit_.emplace_back(scene_->lights[light.index], ray, is_sought ? reach : Interval{0, 0});
         sections_ += lit_.back() ? 1 : 0;
     }
@@ -126,82 +126,82 @@ double LineTracer::lit_pdf(std::size_t light, double t_um) const {
     return sections_ > 0 && lit_[light] ? lit_[light].pdf(t_um) / static_cast<double>(sections_) : 0;
 }
 
-LineTracer::Flight LineTracer::fly(const Ray& ray, const PathOptics& optics, Rng& rng) {
+LineTracer::Flight LineTracer::fly(const Ray& ray, const LinePlan& plan, Rng& rng) {
     Flight flight{kFar, -1, 1};
     for (const MediumSpan& s : spans_) {
-        const double coefficient = lanes_of(optics, s.medium).scattering[0];
+        const double coefficient = lanes_of(*plan.optics, s.medium).scattering[0];
         if (coefficient <= 0) continue;
         const double t = s.span.begin + rng.exponential() / coefficient;
         if (t < s.span.end && t < flight.t_um) flight = {t, s.medium, 1};
     }
-    for (const TrackedGrid& grid : scattering_) {
+    for (const LinePlan::TrackedGrid& grid : plan.scattering) {
         const double t = field_->first_collision(grid.medium, ray, flight.t_um, grid.coefficient, rng);
         if (t < flight.t_um) flight = {t, grid.medium, grid.left};
     }
     if (flight.medium >= 0) {
         ++field_->counts().real_collisions;
-        flight.left *= absorption_left(ray, flight.t_um, optics, rng);
+        flight.left *= absorption_left(ray, flight.t_um, plan, rng);
     }
     return flight;
 }
 
 // Of absorption alone; without that of grids where it is a factor at collisions.
-double LineTracer::absorption_left(const Ray& ray, double end_um, const PathOptics& optics, Rng& rng) {
+double LineTracer::absorption_left(const Ray& ray, double end_um, const LinePlan& plan, Rng& rng) {
     double depth = 0;
     for (const MediumSpan& s : spans_) {
-        const double coefficient = lanes_of(optics, s.medium).absorption[0];
+        const double coefficient = lanes_of(*plan.optics, s.medium).absorption[0];
         if (coefficient > 0) depth += coefficient * length_before(s.span, end_um);
     }
-    return track_through(absorbing_, ray, end_um, depth, rng);
+    return track_through(plan.absorbing, ray, end_um, depth, rng);
 }
 
 double LineTracer::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um,
-                                 const PathOptics& optics, Rng& rng) {
+                                 const LinePlan& plan, Rng& rng) {
     double depth = 0;
     for (const MediumSpan& s : spans) {
-        const double coefficient = lanes_of(optics, s.medium).extinction[0];
+        const double coefficient = lanes_of(*plan.optics, s.medium).extinction[0];
         if (coefficient > 0) depth += coefficient * length_before(s.span, end_um);
     }
-    return track_through(dimming_, ray, end_um, depth, rng);
+    return track_through(plan.dimming, ray, end_um, depth, rng);
 }
 
 // What gets through an optical depth of constant media and through grids.
-double LineTracer::track_through(const std::vector<TrackedGrid>& grids, const Ray& ray, double end_um, double depth,
-                                 Rng& rng) {
+double LineTracer::track_through(const std::vector<LinePlan::TrackedGrid>& grids, const Ray& ray, double end_um,
+                                 double depth, Rng& rng) {
     double left = depth > 0 ? std::exp(-depth) : 1;
-    for (const TrackedGrid& grid : grids) {
+    for (const LinePlan::TrackedGrid& grid : grids) {
         if (left > 0) left *= field_->ratio_transmittance(grid.medium, ray, end_um, grid.coefficient, rng);
     }
     return left;
 }
 
-double LineTracer::shadow(Vec3 position, const LightSample& light, const PathOptics& optics, Rng& rng) {
+double LineTracer::shadow(Vec3 position, const LightSample& light, const LinePlan& plan, Rng& rng) {
     const Ray ray{position, light.to_light};
     if (field_->has_constant()) field_->gather(ray, shadow_spans_);
-    return transmittance(ray, shadow_spans_, light.distance_um, optics, rng);
+    return transmittance(ray, shadow_spans_, light.distance_um, plan, rng);
 }
 
 // As OpticalField::scattering_density.
-double LineTracer::scattering_density(const Ray& ray, double t_um, const PathOptics& optics) const {
+double LineTracer::scattering_density(const Ray& ray, double t_um, const LinePlan& plan) const {
     double coefficient = 0;
     double depth = 0;
     for (const MediumSpan& s : spans_) {
-        const double own = lanes_of(optics, s.medium).scattering[0];
+        const double own = lanes_of(*plan.optics, s.medium).scattering[0];
         if (own <= 0) continue;
         if (t_um >= s.span.begin && t_um <= s.span.end) coefficient += own;
         depth += own * length_before(s.span, t_um);
     }
     for (const int i : field_->gridded()) {
-        const double own = lanes_of(optics, i).scattering[0];
+        const double own = lanes_of(*plan.optics, i).scattering[0];
         if (own > 0) coefficient += own * scene_->media[static_cast<std::size_t>(i)].grid->trilinear(ray.at(t_um));
     }
     return coefficient * std::exp(-depth);
 }
 
 // Rectangles that the ray hits; they are also found by sampling them from its origin, unless that is the camera.
-double LineTracer::from_rectangles(const Path& path, const PathOptics& optics, Rng& rng) {
+double LineTracer::from_rectangles(const Path& path, const LinePlan& plan, Rng& rng) {
     double total = 0;
-    for (const ShiningLight& light : lights_) {
+    for (const LinePlan::ShiningLight& light : plan.lights) {
         const auto* rectangle = std::get_if<RectangleLight>(&scene_->lights[light.index].shape);
         if (rectangle == nullptr) continue;
         const auto t = hit_rectangle(*rectangle, path.ray);
@@ -209,22 +209,22 @@ double LineTracer::from_rectangles(const Path& path, const PathOptics& optics, R
         const double other = path.pdf_per_sr > 0 ? rectangle_pdf(*rectangle, path.ray.direction, *t) : 0;
         const double weight = path.pdf_per_sr > 0 ? path.pdf_per_sr / (path.pdf_per_sr + other) : 1;
         total +=
-            weight * rectangle_radiance(*rectangle) * light.photons * transmittance(path.ray, spans_, *t, optics, rng);
+            weight * rectangle_radiance(*rectangle) * light.photons * transmittance(path.ray, spans_, *t, plan, rng);
     }
     return total;
 }
 
 // Uniform light where the path leaves.
-double LineTracer::from_surround(const Path& path, const PathOptics& optics, Rng& rng) {
+double LineTracer::from_surround(const Path& path, const LinePlan& plan, Rng& rng) {
     double photons = 0;
-    for (const ShiningLight& light : lights_) {
+    for (const LinePlan::ShiningLight& light : plan.lights) {
         if (std::holds_alternative<UniformLight>(scene_->lights[light.index].shape)) photons += light.photons;
     }
-    return photons > 0 ? photons * absorption_left(path.ray, kFar, optics, rng) : 0;
+    return photons > 0 ? photons * absorption_left(path.ray, kFar, plan, rng) : 0;
 }
 
 // Light scattered at a point drawn where it shines on the ray.
-double LineTracer::scattered_once(const Path& path, const PathOptics& optics, Rng& rng) {
+double LineTracer::scattered_once(const Path& path, const LinePlan& plan, Rng& rng) {
     auto left = static_cast<std::ptrdiff_t>(rng.uniform() * static_cast<double>(sections_));
     std::size_t chosen = 0;
     for (std::size_t i = 0; i < lit_.size(); ++i) {
@@ -234,33 +234,33 @@ double LineTracer::scattered_once(const Path& path, const PathOptics& optics, Rn
     const double own = lit_pdf(chosen, t);
     const Vec3 position = path.ray.at(t);
     const double u1 = rng.uniform();
-    const auto light = sample_light(scene_->lights[lights_[chosen].index], position, u1, rng.uniform());
+    const auto light = sample_light(scene_->lights[plan.lights[chosen].index], position, u1, rng.uniform());
     if (!light || !(own > 0)) return 0;
-    field_->scattering_at(path.ray, t, spans_, optics, by_medium_, rng);
+    field_->scattering_at(path.ray, t, spans_, *plan.optics, by_medium_, rng);
     const double cosine = dot(light->to_light, path.ray.direction);
     double scattered = 0;
     for (std::size_t i = 0; i < by_medium_.size(); ++i) {
         if (by_medium_[i][0] > 0) scattered += phase_per_sr(scene_->media[i].phase, cosine) * by_medium_[i][0];
     }
     if (scattered <= 0) return 0;
-    const double other = scattering_density(path.ray, t, optics);
-    const double seen = transmittance(path.ray, spans_, t, optics, rng);
+    const double other = scattering_density(path.ray, t, plan);
+    const double seen = transmittance(path.ray, spans_, t, plan, rng);
     if (seen <= 0) return 0;
-    return light->fluence_per_um2 / (own + other) * scattered * lights_[chosen].photons * seen *
-           shadow(position, *light, optics, rng);
+    return light->fluence_per_um2 / (own + other) * scattered * plan.lights[chosen].photons * seen *
+           shadow(position, *light, plan, rng);
 }
 
 // Light scattered at the path's own vertex.
-double LineTracer::scattered_here(const Path& path, const Flight& flight, const PathOptics& optics, Rng& rng) {
+double LineTracer::scattered_here(const Path& path, const Flight& flight, const LinePlan& plan, Rng& rng) {
     const Vec3 position = path.ray.at(flight.t_um);
     const PhaseFunction& scatters = scene_->media[static_cast<std::size_t>(flight.medium)].phase;
     double total = 0;
-    for (std::size_t i = 0; i < lights_.size(); ++i) {
-        const ShiningLight& shining = lights_[i];
-        if (thick_ && even_[shining.index]) {  // it is found here alone
+    for (std::size_t i = 0; i < plan.lights.size(); ++i) {
+        const LinePlan::ShiningLight& shining = plan.lights[i];
+        if (plan.is_thick && even_[shining.index]) {  // it is found here alone
             const LightSample& light = *even_[shining.index];
             const double phase = phase_per_sr(scatters, dot(light.to_light, path.ray.direction));
-            total += phase * light.fluence_per_um2 * shining.photons * shadow(position, light, optics, rng);
+            total += phase * light.fluence_per_um2 * shining.photons * shadow(position, light, plan, rng);
             continue;
         }
         const double u1 = rng.uniform();
@@ -271,10 +271,10 @@ double LineTracer::scattered_here(const Path& path, const Flight& flight, const 
         if (light->pdf_per_sr > 0) {
             weight = light->pdf_per_sr / (light->pdf_per_sr + phase);
         } else if (const double other = lit_pdf(i, flight.t_um); other > 0) {
-            const double density = scattering_density(path.ray, flight.t_um, optics);
+            const double density = scattering_density(path.ray, flight.t_um, plan);
             weight = density / (density + other);
         }
-        total += weight * phase * light->fluence_per_um2 * shining.photons * shadow(position, *light, optics, rng);
+        total += weight * phase * light->fluence_per_um2 * shining.photons * shadow(position, *light, plan, rng);
     }
     return total;
 }
@@ -295,29 +295,27 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
     path.ray.direction = turned(path.ray.direction, cosine, u2);
 }
 
-double LineTracer::radiance(const Ray& ray, const PathTask& task, Rng& rng) {
-    plan(task);
-    const PathOptics& optics = *task.optics;
-    Path path{ray, task.pdf_start_per_sr};
-    int left = task.scatterings;
+double LineTracer::radiance(const Ray& ray, const LinePlan& plan, int scatterings, double pdf_per_sr, Rng& rng) {
+    Path path{ray, pdf_per_sr};
+    int left = scatterings;
     double beta = 1;
     double total = 0;
     for (;;) {
         if (field_->has_constant()) field_->gather(path.ray, spans_);
-        if (has_rectangles_) total += beta * from_rectangles(path, optics, rng);
+        if (has_rectangles_) total += beta * from_rectangles(path, plan, rng);
         if (left == 0 && !has_surround_) break;
-        if (left > 0 && seeks_sections_ && find_lit_sections(path.ray))
-            total += beta * scattered_once(path, optics, rng);
-        const Flight flight = fly(path.ray, optics, rng);
+        if (left > 0 && plan.seeks_sections && find_lit_sections(path.ray, plan))
+            total += beta * scattered_once(path, plan, rng);
+        const Flight flight = fly(path.ray, plan, rng);
         if (flight.medium < 0) {
-            if (has_surround_) total += beta * from_surround(path, optics, rng);
+            if (has_surround_) total += beta * from_surround(path, plan, rng);
             break;
         }
         if (left == 0) break;
         if (left != PathTask::kNoLimit) --left;
         beta *= flight.left;
         if (beta <= 0) break;
-        total += beta * scattered_here(path, flight, optics, rng);
+        total += beta * scattered_here(path, flight, plan, rng);
 
         constexpr double kFaint = 0.05;
         if (beta < kFaint) {

@@ -14,6 +14,27 @@ namespace fluovox {
 
 struct PathTask;
 
+/// What the media and lights of a scene do at one wavelength, so that the steps of a path need not look at those that
+/// do nothing.
+struct LinePlan {
+    /// A grid that is tracked with a coefficient, per um and unit of its value; what a collision with it leaves.
+    struct TrackedGrid {
+        int medium = 0;
+        double coefficient = 0;
+        double left = 1;
+    };
+    struct ShiningLight {
+        std::size_t index = 0;
+        double photons = 0;
+    };
+
+    const PathOptics* optics = nullptr;
+    std::vector<TrackedGrid> scattering, absorbing, dimming;
+    std::vector<ShiningLight> lights;
+    bool is_thick = false;        ///< light is likely to be scattered on its way through all of the scene
+    bool seeks_sections = false;  ///< some light is worth looking for along a ray
+};
+
 /// Elastic light of one wavelength along a ray: what PathTracer does, without what only spectra need. Absorption by
 /// grids that mostly scatter is a factor at each collision, so one walk serves both; that of other grids is tracked, of
 /// constant media exact. Light that shines on all there is is only looked for where paths scatter, as a point drawn
@@ -22,8 +43,12 @@ class LineTracer {
 public:
     LineTracer(const Scene& scene, OpticalField& field);
 
-    /// Photons s^-1 um^-2 sr^-1 that arrive along `ray`, unbiased; the task's first wavelength, no conversions.
-    double radiance(const Ray& ray, const PathTask& task, Rng& rng);
+    /// The plan of a task's first wavelength; its optics must outlive it.
+    void make_plan(const PathTask& task, LinePlan& plan) const;
+
+    /// Photons s^-1 um^-2 sr^-1 that arrive along `ray`, scattered so many times at most, unbiased; no conversions.
+    /// `pdf_per_sr`: see PathTask::pdf_start_per_sr.
+    double radiance(const Ray& ray, const LinePlan& plan, int scatterings, double pdf_per_sr, Rng& rng);
 
 private:
     // Where a stretch ends: the medium that scatters there, or -1; what absorption on the way leaves.
@@ -36,32 +61,22 @@ private:
         Ray ray;
         double pdf_per_sr = 0;  // of the direction, where lights were sampled from the same point; else 0
     };
-    // A grid that is tracked with a coefficient, per um and unit of its value; what a collision with it leaves.
-    struct TrackedGrid {
-        int medium = 0;
-        double coefficient = 0;
-        double left = 1;
-    };
-    struct ShiningLight {
-        std::size_t index = 0;
-        double photons = 0;
-    };
 
-    void plan(const PathTask& task);
     bool is_thick(const PathOptics& optics) const;
-    bool find_lit_sections(const Ray& ray);
+    bool find_lit_sections(const Ray& ray, const LinePlan& plan);
     double lit_pdf(std::size_t light, double t_um) const;
-    Flight fly(const Ray& ray, const PathOptics& optics, Rng& rng);
-    double absorption_left(const Ray& ray, double end_um, const PathOptics& optics, Rng& rng);
-    double transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, const PathOptics& optics,
+    Flight fly(const Ray& ray, const LinePlan& plan, Rng& rng);
+    double absorption_left(const Ray& ray, double end_um, const LinePlan& plan, Rng& rng);
+    double transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, const LinePlan& plan,
                          Rng& rng);
-    double track_through(const std::vector<TrackedGrid>& grids, const Ray& ray, double end_um, double depth, Rng& rng);
-    double shadow(Vec3 position, const LightSample& light, const PathOptics& optics, Rng& rng);
-    double scattering_density(const Ray& ray, double t_um, const PathOptics& optics) const;
-    double from_rectangles(const Path& path, const PathOptics& optics, Rng& rng);
-    double from_surround(const Path& path, const PathOptics& optics, Rng& rng);
-    double scattered_once(const Path& path, const PathOptics& optics, Rng& rng);
-    double scattered_here(const Path& path, const Flight& flight, const PathOptics& optics, Rng& rng);
+    double track_through(const std::vector<LinePlan::TrackedGrid>& grids, const Ray& ray, double end_um, double depth,
+                         Rng& rng);
+    double shadow(Vec3 position, const LightSample& light, const LinePlan& plan, Rng& rng);
+    double scattering_density(const Ray& ray, double t_um, const LinePlan& plan) const;
+    double from_rectangles(const Path& path, const LinePlan& plan, Rng& rng);
+    double from_surround(const Path& path, const LinePlan& plan, Rng& rng);
+    double scattered_once(const Path& path, const LinePlan& plan, Rng& rng);
+    double scattered_here(const Path& path, const Flight& flight, const LinePlan& plan, Rng& rng);
     void turn(Path& path, const Flight& flight, Rng& rng) const;
 
     const Scene* scene_;
@@ -70,11 +85,7 @@ private:
     // Per light: how it shines everywhere where there are media, where that is the same all over.
     std::vector<std::optional<LightSample>> even_;
     double size_um_ = 0;  // diagonal of the box of all media
-    // The plan of the path that is traced.
-    std::vector<TrackedGrid> scattering_, absorbing_, dimming_;
-    std::vector<ShiningLight> lights_;
-    bool seeks_sections_ = false, thick_ = false;
-    // Along its ray.
+    // Along the ray of a path.
     std::vector<MediumSpan> spans_, shadow_spans_;
     std::vector<LitSection> lit_;
     std::size_t sections_ = 0;

@@ -203,13 +203,13 @@ void OpticalField::track(int medium, const Ray& ray, double end_um, double coeff
     }
 }
 
-double OpticalField::first_collision(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng) {
+[[gnu::flatten]] double OpticalField::first_collision(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng) {
     CollisionSearch search(coefficient, rng, counts_);
     track(medium, ray, end_um, coefficient, search);
     return search.found();
 }
 
-double OpticalField::ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng) {
+[[gnu::flatten]] double OpticalField::ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng) {
     RatioTracking tracking(coefficient, rng, counts_);
     track(medium, ray, end_um, coefficient, tracking);
     return tracking.left();

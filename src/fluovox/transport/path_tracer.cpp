@@ -41,6 +41,13 @@ PathTracer::PathTracer(const Scene& scene, const Illumination& illumination)
     for (const Illumination::Line& line : illumination.lines()) {
         line_optics_.push_back(field_.optics(Wavelengths::one(line.wavelength_nm)));
     }
+    for (std::size_t i = 0; i < line_optics_.size(); ++i) {
+        PathTask task;
+        task.optics = &line_optics_[i];
+        for (const double photons : illumination.lines()[i].photons)
+            task.light_photons.emplace_back(1, photons);
+        line_tracer_.make_plan(task, line_plans_.emplace_back());
+    }
     for (const Light& light : scene.lights) {
         has_far_lights_ = has_far_lights_ || std::holds_alternative<UniformLight>(light.shape) ||
                           std::holds_alternative<RectangleLight>(light.shape);
@@ -80,7 +87,9 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
     const int count = task.optics->wavelengths.count();
     const bool wants_light = !task.light_photons.empty();
     if (count == 1 && !converts(task)) {
-        if (wants_light) result.elastic[0] += line_tracer_.radiance(ray, task, rng);
+        if (!wants_light) return;
+        line_tracer_.make_plan(task, plan_);
+        result.elastic[0] += line_tracer_.radiance(ray, plan_, task.scatterings, task.pdf_start_per_sr, rng);
         return;
     }
     Level& here = level(depth);

@@ -59,8 +59,12 @@ public:
     PathTracer(const PathTracer&) = delete;
     PathTracer& operator=(const PathTracer&) = delete;
 
-    /// The media at a laser line of `illumination`.
-    const PathOptics& line_optics(std::size_t line) const { return line_optics_[line]; }
+    /// The same of light of a laser line of `illumination` that was not converted, scattered so many times at most;
+    /// photons s^-1 um^-2 sr^-1.
+    double line_radiance(std::size_t line, const Ray& ray, int scatterings, Rng& rng) {
+        return line_tracer_.radiance(ray, line_plans_[line], scatterings, 0, rng);
+    }
+
     OpticalField& field() { return field_; }
     const Illumination& illumination() const { return *illumination_; }
 
@@ -169,8 +173,10 @@ private:
     const Scene* scene_;
     const Illumination* illumination_;
     OpticalField field_;
-    LineTracer line_tracer_;  // elastic light of one wavelength
-    std::vector<PathOptics> line_optics_;
+    LineTracer line_tracer_;               // elastic light of one wavelength
+    std::vector<PathOptics> line_optics_;  // per laser line
+    std::vector<LinePlan> line_plans_;
+    LinePlan plan_;                                  // of another wavelength
     std::vector<std::vector<Spectrum>> dye_to_dye_;  // [absorber][emitter]: emission x absorption, to draw from
     // Excitation that was scattered forward still comes more or less from where a collimated light shines: paths that
     // look for it set out there more often than elsewhere.

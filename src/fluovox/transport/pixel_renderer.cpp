@@ -73,15 +73,8 @@ void PixelRenderer::add_line(const Ray& ray, Rng& rng) {
     const auto lines = static_cast<double>(visible_lines_.size());
     const std::size_t line = visible_lines_[static_cast<std::size_t>(rng.uniform() * lines)];
     const Illumination::Line& light = tracer_.illumination().lines()[line];
-    PathTask& task = task_;
-    task.optics = &tracer_.line_optics(line);
-    task.orders = 0;
-    task.scatterings = scatterings_;
-    task.light_photons.assign(scene_->lights.size(), Lanes(1));
-    for (std::size_t l = 0; l < scene_->lights.size(); ++l)
-        task.light_photons[l][0] = light.photons[l];
-    tracer_.estimate(ray, task, rng, radiance_);
-    response_.add(light.wavelength_nm, lines * radiance_.elastic[0], layer(elastic_layer()));
+    const double photons = tracer_.line_radiance(line, ray, scatterings_, rng);
+    response_.add(light.wavelength_nm, lines * photons, layer(elastic_layer()));
 }
 
 }  // namespace fluovox
