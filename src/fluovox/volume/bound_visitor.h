@@ -5,7 +5,7 @@
 #include "fluovox/volume/sparse_grid.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -15,16 +15,21 @@ namespace fluovox {
 struct RayAxis {
     double origin = 0, direction = 0;
     double inverse = 0, offset = 0;
+    // Towards which planes: 1 or 0, 1 or -1. Numbers, not conditions, as these would mislead the processor.
+    int up = 1, sign = 1;
 
     RayAxis(double o, double d) : origin(o), direction(d) {
         constexpr double kLeast = 1e-100;  // planes that the ray runs along are met too far away to matter
         inverse = 1 / (d + std::copysign(kLeast, d));
         offset = -o * inverse;
+        up = 1 - static_cast<int>(std::bit_cast<std::uint64_t>(d) >> 63U);
+        sign = 2 * up - 1;
     }
-    bool is_upward() const { return inverse > 0; }
     double meets(double plane) const { return plane * inverse + offset; }
     /// Brick that holds the ray at t, of so many.
     int brick(double t, int count) const { return std::clamp(static_cast<int>(origin + t * direction), 0, count - 1); }
+    /// The brick that is left through a plane.
+    int brick_before(double plane) const { return static_cast<int>(plane) - up; }
     /// The stretch in the box.
     Interval between(double low, double high) const {
         const double a = meets(low);
@@ -105,11 +110,6 @@ private:
         return {grid_, &origin_, &direction_, first, brick, thinning};
     }
 
-    // The brick that is left through this plane.
-    static int brick_before(const RayAxis& axis, double exit_plane) {
-        return static_cast<int>(exit_plane) - (axis.is_upward() ? 1 : 0);
-    }
-
     template <class Tracking>
     void through_bricks(Tracking& tracking) const {
         const Voxel n = grid_->brick_count_;
@@ -119,17 +119,17 @@ private:
         const int j = y_.brick(t, n.y);
         const int k = z_.brick(t, n.z);
         std::ptrdiff_t slot = (static_cast<std::ptrdiff_t>(i) * n.y + j) * n.z + k;
-        const std::ptrdiff_t slots_x = static_cast<std::ptrdiff_t>(x_.is_upward() ? n.y : -n.y) * n.z;
-        const std::ptrdiff_t slots_y = y_.is_upward() ? n.z : -n.z;
-        const std::ptrdiff_t slots_z = z_.is_upward() ? 1 : -1;
+        const std::ptrdiff_t slots_x = std::ptrdiff_t{x_.sign} * n.y * n.z;
+        const std::ptrdiff_t slots_y = std::ptrdiff_t{y_.sign} * n.z;
+        const std::ptrdiff_t slots_z = z_.sign;
         // The planes through which the brick is left. What they are met at is worked out afresh each time: so the last
         // ones are met just where the box ends.
-        double plane_x = i + (x_.is_upward() ? 1 : 0);
-        double plane_y = j + (y_.is_upward() ? 1 : 0);
-        double plane_z = k + (z_.is_upward() ? 1 : 0);
-        const double step_x = x_.is_upward() ? 1 : -1;
-        const double step_y = y_.is_upward() ? 1 : -1;
-        const double step_z = z_.is_upward() ? 1 : -1;
+        double plane_x = i + x_.up;
+        double plane_y = j + y_.up;
+        double plane_z = k + z_.up;
+        const double step_x = x_.sign;
+        const double step_y = y_.sign;
+        const double step_z = z_.sign;
         double next_x = x_.meets(plane_x);
         double next_y = y_.meets(plane_y);
         double next_z = z_.meets(plane_z);
@@ -144,7 +144,7 @@ private:
             const double depth = coefficient * bound * (end - t);
             if (depth > std::min(rest, kMany)) [[unlikely]] {
                 tracking.set_rest(rest);
-                const Voxel first{brick_before(x_, plane_x), brick_before(y_, plane_y), brick_before(z_, plane_z)};
+                const Voxel first{x_.brick_before(plane_x), y_.brick_before(plane_y), z_.brick_before(plane_z)};
                 if (look_in_brick(tracking, slot, {t, end}, bound, first)) return;
                 rest = tracking.rest();
             } else {
@@ -191,7 +191,7 @@ private:
         double half_x = x_.meets(first.x + 0.5);
         double half_y = y_.meets(first.y + 0.5);
         double half_z = z_.meets(first.z + 0.5);
-        unsigned block = (x_.is_upward() ? 0U : 4U) | (y_.is_upward() ? 0U : 2U) | (z_.is_upward() ? 0U : 1U);
+        unsigned block = 7U - static_cast<unsigned>(4 * x_.up + 2 * y_.up + z_.up);
         if (t >= half_x) block ^= 4U, half_x = end;
         if (t >= half_y) block ^= 2U, half_y = end;
         if (t >= half_z) block ^= 1U, half_z = end;
