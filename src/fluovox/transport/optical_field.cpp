@@ -203,13 +203,16 @@ void OpticalField::track(int medium, const Ray& ray, double end_um, double coeff
     }
 }
 
-[[gnu::flatten]] double OpticalField::first_collision(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng) {
+// All that the inner loops call lies in the one function of each: their numbers need not go through memory.
+[[gnu::flatten]] double OpticalField::first_collision(int medium, const Ray& ray, double end_um, double coefficient,
+                                                      Rng& rng) {
     CollisionSearch search(coefficient, rng, counts_);
     track(medium, ray, end_um, coefficient, search);
     return search.found();
 }
 
-[[gnu::flatten]] double OpticalField::ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng) {
+[[gnu::flatten]] double OpticalField::ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient,
+                                                          Rng& rng) {
     RatioTracking tracking(coefficient, rng, counts_);
     track(medium, ray, end_um, coefficient, tracking);
     return tracking.left();
