@@ -16,7 +16,7 @@ std::optional<std::string> embedded_scene(const std::filesystem::path& file);
 bool is_scene_json(const std::string& text);
 
 /// Such a scene as a scene file: without what is only said for readers (the dyes' data, keys without a value). Throws
-/// SceneError where it is no JSON. Tables of numbers stay as they are, and are no keys of a scene file.
+/// SceneError where it is no JSON.
 std::string scene_file_of_json(const std::string& json, const std::string& file);
 
 }  // namespace fluovox

@@ -52,7 +52,7 @@ double mean_wavelength(const Spectrum& response) {
 }
 
 FilmChannel read_channel(const SceneTable& table, const ReadContext& context) {
-    table.allow_only({"name", "band", "filter", "efficiency"});
+    table.allow_only({"name", "band", "filter", "response", "efficiency", "counts_photons"});
     constexpr NumberRange kFraction = {.min = 0, .max = 1};
     FilmChannel channel;
     channel.name = table.text("name");
@@ -60,7 +60,9 @@ FilmChannel read_channel(const SceneTable& table, const ReadContext& context) {
     if (channel.name.empty() || std::any_of(channel.name.begin(), channel.name.end(), bad)) {
         table.fail("name", "must be a short text without dots and control characters");
     }
-    if (table.has("band") == table.has("filter")) {
+    const int ways = static_cast<int>(table.has("band")) + static_cast<int>(table.has("filter")) +
+                     static_cast<int>(table.has("response"));
+    if (ways != 1) {
         table.fail("needs either band = { center = \"525 nm\", width = \"50 nm\" } or filter = \"filter.csv\"");
     }
     if (table.has("band")) {
@@ -68,9 +70,14 @@ FilmChannel read_channel(const SceneTable& table, const ReadContext& context) {
         given.allow_only({"center", "width", "from", "to"});
         const Band band = read_band(given);
         channel.response = Spectrum::box(band.from_nm, band.to_nm, 1);
+    } else if (table.has("response")) {
+        const SceneTable response = table.table("response");
+        response.allow_only({"table"});
+        channel.response = read_numbers(response, kFraction);
     } else {
         channel.response = load_table(table, "filter", context, kFraction);
     }
+    channel.counts_photons = table.flag_or("counts_photons", false);
     if (table.has("efficiency")) {
         channel.response = product(channel.response, load_table(table, "efficiency", context, kFraction));
         channel.counts_photons = true;

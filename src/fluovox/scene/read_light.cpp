@@ -218,7 +218,17 @@ LightSpectrum read_spectrum(const SceneTable& table, const ReadContext& context)
         spectrum.energy_per_nm = read_lamp(given, context);
         return spectrum;
     }
-    given.allow_only({"from", "to", "center", "width", "file", "table_is"});
+    if (given.has("table")) {
+        given.allow_only({"table"});
+        const Spectrum energy = read_numbers(given, NumberRange::not_negative());
+        if (!(energy.integral() > 0)) given.fail("table", "has no light in it: all its values are 0");
+        // What is to scale already, to rounding, is kept as it is: the same scene again.
+        constexpr double kRounding = 1e-12;
+        const bool to_scale = std::abs(energy.integral() - 1) < kRounding;
+        spectrum.energy_per_nm = to_scale ? energy : energy.scaled(1 / energy.integral());
+        return spectrum;
+    }
+    given.allow_only({"from", "to", "center", "width", "file", "table_is", "table"});
     if (given.has("table_is")) given.fail("table_is", "goes with file only: a band is flat in power per nm");
     const Band band = read_band(given);
     spectrum.energy_per_nm = Spectrum::box(band.from_nm, band.to_nm, 1 / (band.to_nm - band.from_nm));

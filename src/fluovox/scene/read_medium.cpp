@@ -212,7 +212,11 @@ Coefficient read_coefficient(const SceneTable& medium, std::string_view key, con
         const double per_um = read_unit(table, "unit", Dimension::PerLength);
         return load_table(table, "file", context, NumberRange::not_negative()).scaled(per_um);
     }
-    table.allow_only({"at", "value", "exponent", "file", "unit"});
+    if (table.has("table")) {
+        table.allow_only({"table", "unit"});
+        return read_numbers(table, NumberRange::not_negative()).scaled(read_unit(table, "unit", Dimension::PerLength));
+    }
+    table.allow_only({"at", "value", "exponent", "file", "table", "unit"});
     return PowerLaw{.at_nm = table.quantity("at", Dimension::Wavelength, kWavelengthRange_nm),
                     .value_per_um = read_per_um(table, "value"),
                     .exponent = table.number("exponent", {.min = -20, .max = 20})};

@@ -84,7 +84,19 @@ PhaseTable table_of(const CsvTable& csv) {
     }
 }
 
+PhaseTable read_phase_numbers(const SceneTable& table) {
+    table.allow_only({"kind", "cosine", "value"});
+    std::vector<double> cosines = table.numbers("cosine", {.min = -1, .max = 1});
+    std::vector<double> values = table.numbers("value", NumberRange::not_negative());
+    try {
+        return {std::move(cosines), std::move(values)};
+    } catch (const std::invalid_argument& e) {
+        table.fail("value", fmt::format("make a phase function that {}", e.what()));
+    }
+}
+
 PhaseTable read_phase_table(const SceneTable& table, ReadContext& context) {
+    if (table.has("cosine")) return read_phase_numbers(table);
     table.allow_only({"kind", "file"});
     const std::filesystem::path path = resolve_path(table, "file", context);
     const CsvTable csv = [&] {

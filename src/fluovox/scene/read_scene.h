@@ -36,6 +36,9 @@ std::filesystem::path resolve_path(const SceneTable& table, std::string_view key
 Spectrum load_table(const SceneTable& table, std::string_view key, const ReadContext& context, NumberRange range,
                     std::string* file_text = nullptr);
 
+/// The same from `table = { wavelength_nm = [...], value = [...] }` in the scene itself, as `to_json` writes tables.
+Spectrum read_numbers(const SceneTable& parent, NumberRange range);
+
 // Each reads its part of the root table.
 std::vector<MediumDescription> read_media(const SceneTable& root, ReadContext& context);
 std::vector<LightDescription> read_lights(const SceneTable& root, ReadContext& context);

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 namespace fluovox {
 namespace {
@@ -74,6 +76,21 @@ Spectrum load_table(const SceneTable& table, std::string_view key, const ReadCon
     }
     if (file_text != nullptr) *file_text = std::move(text);
     return {csv.columns[0], csv.columns[1]};
+}
+
+Spectrum read_numbers(const SceneTable& parent, NumberRange range) {
+    const SceneTable table = parent.table("table");
+    table.allow_only({"wavelength_nm", "value"});
+    std::vector<double> wavelengths_nm = table.numbers("wavelength_nm", kWavelengthRange_nm);
+    std::vector<double> values = table.numbers("value", range);
+    if (wavelengths_nm.size() < 2) table.fail("wavelength_nm", "needs two wavelengths or more");
+    if (values.size() != wavelengths_nm.size()) {
+        table.fail("value", fmt::format("has {} values for {} wavelengths", values.size(), wavelengths_nm.size()));
+    }
+    for (std::size_t i = 1; i < wavelengths_nm.size(); ++i) {
+        if (!(wavelengths_nm[i] > wavelengths_nm[i - 1])) table.fail("wavelength_nm", "must increase");
+    }
+    return {std::move(wavelengths_nm), std::move(values)};
 }
 
 }  // namespace fluovox

@@ -102,10 +102,10 @@ struct SceneDescription {
 enum class SceneUse { Image, Light };
 
 /// Reads and checks a scene file, the JSON that `to_json` makes of one, or that in an image or stack of fluovox (whose
-/// relative paths start where the image lies; tables of numbers in it must be replaced). `overrides` are `KEY=VALUE`
-/// texts (`camera.resolution=[64,64]`) that replace keys. Throws SceneError with the place of the first mistake,
-/// InputError for a file that cannot be read (the scene or one of the tables it names), UsageError for an override that
-/// is no `KEY=VALUE`.
+/// relative paths start where the image lies; of dyes of the user's own only the name is in it). `overrides` are
+/// `KEY=VALUE` texts (`camera.resolution=[64,64]`) that replace keys. Throws SceneError with the place of the first
+/// mistake, InputError for a file that cannot be read (the scene or one of the tables it names), UsageError for an
+/// override that is no `KEY=VALUE`.
 SceneDescription load_scene_description(const std::filesystem::path& file,
                                         const std::vector<std::string>& overrides = {}, SceneUse use = SceneUse::Image);
 

@@ -474,6 +474,27 @@ TEST_F(SceneDescriptionTest, ItsJsonIsAScene) {
         const std::string json = to_json(load(text));
         EXPECT_EQ(to_json(load(json)), json);
     }
+    // Tables of files are in it, so that it needs none of them.
+    write("lamp.csv", "480,1\n500,3\n520,0.3\n");
+    write("filter.csv", "500,0\n520,1\n540,0.2\n");
+    write("qe.csv", "400,0.8\n700,0.5\n");
+    write("mu.csv", "480,17\n500,13\n620,7.7\n");
+    const std::string tables = to_json(
+        load(with(with(with(kScene, "scattering = \"20 /mm\"", "scattering = { file = \"mu.csv\", unit = \"/cm\" }"),
+                       "wavelength = \"488 nm\"", "spectrum = { file = \"lamp.csv\", table_is = \"photons\" }"),
+                  "[film]\nspectrum = { from = \"480 nm\", to = \"620 nm\", bins = 28 }\n",
+                  "[[film.channel]]\nname = \"a\"\nfilter = \"filter.csv\"\nefficiency = \"qe.csv\"\n")));
+    for (const char* name : {"lamp.csv", "filter.csv", "qe.csv", "mu.csv"})
+        std::filesystem::remove(folder() / name);
+    EXPECT_EQ(to_json(load(tables)), tables);
+    const SceneDescription scene = load(tables);
+    EXPECT_TRUE(scene.film.channels[0].counts_photons);
+    EXPECT_NEAR(scene.film.channels[0].response(520), 0.68, 1e-12);
+    EXPECT_NEAR(std::get<Spectrum>(scene.media[2].scattering)(500), 13e-4, 1e-15);
+    EXPECT_NE(complaint(with(kScene, "scattering = \"20 /mm\"",
+                             "scattering = { unit = \"/mm\", table = { wavelength_nm = [500, 400], value = [1, 2] } }"))
+                  .find("wavelength_nm = [500, 400] must increase"),
+              std::string::npos);
     EXPECT_EQ(complaint("{ \"title\": "), "3 scene.toml:1:1: error: begins like JSON, and is not");
     EXPECT_NE(complaint("{ \"medium\": 3 }").find("no scene as check --print writes it"), std::string::npos);
 }
