@@ -88,10 +88,12 @@ PhaseTable read_phase_numbers(const SceneTable& table) {
     table.allow_only({"kind", "cosine", "value"});
     std::vector<double> cosines = table.numbers("cosine", {.min = -1, .max = 1});
     std::vector<double> values = table.numbers("value", NumberRange::not_negative());
+    if (values.size() != cosines.size() || values.size() < 2)
+        table.fail("value", fmt::format("has {} values for {} cosines, of two or more", values.size(), cosines.size()));
     try {
         return {std::move(cosines), std::move(values)};
     } catch (const std::invalid_argument& e) {
-        table.fail("value", fmt::format("make a phase function that {}", e.what()));
+        table.fail(fmt::format("is no phase function: it {}", e.what()));
     }
 }
 

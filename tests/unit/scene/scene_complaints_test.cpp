@@ -316,5 +316,16 @@ TEST_F(SceneComplaints, WhatIsNoSceneIsSaidSo) {
     EXPECT_THROW(load_scene_description(folder()), InputError);
 }
 
+TEST_F(SceneComplaints, PhaseFunctionsInTheSceneItselfAreCheckedLikeThoseOfFiles) {
+    const auto said = [&](const std::string& numbers) {
+        return complaint(with(kScene, "anisotropy = 0.9", "phase_function = { kind = \"table\", " + numbers + " }"));
+    };
+    EXPECT_EQ(said("cosine = [-1, 0, 1], value = [0.1, 0.1, 1]"), "no complaint");
+    EXPECT_NE(said("cosine = [-1, 1], value = [1]").find("has 1 values for 2 cosines"), std::string::npos);
+    EXPECT_NE(said("cosine = [-0.5, 1], value = [1, 1]").find("is no phase function: it must reach from"),
+              std::string::npos);
+    EXPECT_NE(said("cosine = [-1, 1], value = [1, -1]").find("must be 0 or more"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace fluovox::testing
