@@ -15,7 +15,8 @@ namespace fluovox {
 struct RayAxis {
     double origin = 0, direction = 0;
     double inverse = 0, offset = 0;
-    // Towards which planes: 1 or 0, 1 or -1. Numbers, not conditions, as these would mislead the processor.
+    // 1 and 1 where the planes ahead are the upper ones, else 0 and -1: numbers, as conditions would mislead the
+    // processor.
     int up = 1, sign = 1;
 
     RayAxis(double o, double d) : origin(o), direction(d) {
@@ -30,10 +31,10 @@ struct RayAxis {
     int brick(double t, int count) const { return std::clamp(static_cast<int>(origin + t * direction), 0, count - 1); }
     /// The brick that is left through a plane.
     int brick_before(double plane) const { return static_cast<int>(plane) - up; }
-    /// The stretch in the box.
-    Interval between(double low, double high) const {
-        const double a = meets(low);
-        const double b = meets(high);
+    /// The stretch in a box of so many bricks.
+    Interval within(double count) const {
+        const double a = meets(0);
+        const double b = meets(count);
         return {std::min(a, b), std::max(a, b)};
     }
 };
@@ -53,9 +54,9 @@ public:
           x_(origin_.x, direction_.x),
           y_(origin_.y, direction_.y),
           z_(origin_.z, direction_.z) {
-        const Interval in_x = x_.between(0, grid.to_bricks_.count.x);
-        const Interval in_y = y_.between(0, grid.to_bricks_.count.y);
-        const Interval in_z = z_.between(0, grid.to_bricks_.count.z);
+        const Interval in_x = x_.within(grid.to_bricks_.count.x);
+        const Interval in_y = y_.within(grid.to_bricks_.count.y);
+        const Interval in_z = z_.within(grid.to_bricks_.count.z);
         begin_ = std::max(std::max(span.begin, in_x.begin), std::max(in_y.begin, in_z.begin));
         leave_ = std::min(std::min(span.end, in_x.end), std::min(in_y.end, in_z.end));
     }
