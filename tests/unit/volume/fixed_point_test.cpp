@@ -1,0 +1,62 @@
+#include "fluovox/volume/fixed_point.h"
+
+#include "fluovox/core/rng.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+
+namespace fluovox {
+namespace {
+
+TEST(FixedPoint, InABrickItRoundsToTheSameVoxelAsInSpace) {
+    Rng rng(1, 2, 3);
+    for (int i = 0; i < 100000; ++i) {
+        const Vec3 bricks{100 * rng.uniform(), 100 * rng.uniform(), 100 * rng.uniform()};
+        const Voxel first{static_cast<int>(bricks.x), static_cast<int>(bricks.y), static_cast<int>(bricks.z)};
+        const std::uint64_t bits = rng.bits();
+        const Voxel in_brick = FixedPoint::from_brick(bricks, first).rounded(bits);
+        const Voxel in_space = FixedPoint(8.0 * bricks).rounded(bits);
+        ASSERT_EQ(8 * first.x + in_brick.x, in_space.x);
+        ASSERT_EQ(8 * first.y + in_brick.y, in_space.y);
+        ASSERT_EQ(8 * first.z + in_brick.z, in_space.z);
+    }
+}
+
+TEST(FixedPoint, BlocksOfABrickMeetInItsMiddle) {
+    const auto block = [](double x, double y, double z) {
+        return FixedPoint::from_brick({5 + x, 7 + y, 9 + z}, {5, 7, 9}).block();
+    };
+    const double below = 0.5 - 1e-6;
+    EXPECT_EQ(block(below, below, below), 0U);
+    EXPECT_EQ(block(0.5, below, below), 4U);
+    EXPECT_EQ(block(below, 0.5, below), 2U);
+    EXPECT_EQ(block(below, below, 0.5), 1U);
+    EXPECT_EQ(block(0.999999, 0.999999, 0.999999), 7U);
+    // Rounding may put the ends of a stretch just outside of the brick that it is in.
+    EXPECT_EQ(block(-1e-6, -1e-6, -1e-6), 0U);
+    EXPECT_EQ(block(1, 1, 1), 7U);
+    EXPECT_EQ(block(-1e-6, 1, 0.2), 2U);
+}
+
+TEST(FixedPoint, RoundingKeepsThePlaceOnAverage) {
+    const Vec3 bricks{3.3141, 2.2718, 1.1414};
+    const FixedPoint place = FixedPoint::from_brick(bricks, {3, 2, 1});
+    Rng rng(4, 5, 6);
+    constexpr int kDraws = 1000000;
+    Vec3 sum;
+    for (int i = 0; i < kDraws; ++i) {
+        const Voxel voxel = place.rounded(rng.bits());
+        sum = sum + Vec3{1.0 * voxel.x, 1.0 * voxel.y, 1.0 * voxel.z};
+    }
+    const Vec3 mean = (1.0 / kDraws) * sum;
+    const double allowed = 5 * 0.5 / std::sqrt(1.0 * kDraws);  // a coin's standard deviation is at most one half
+    EXPECT_NEAR(mean.x, 8 * 0.3141, allowed);
+    EXPECT_NEAR(mean.y, 8 * 0.2718, allowed);
+    EXPECT_NEAR(mean.z, 8 * 0.1414, allowed);
+    EXPECT_GT(std::abs(mean.x - 8 * 0.3141 * 1.01), allowed);  // one part in a hundred would be seen
+}
+
+}  // namespace
+}  // namespace fluovox
