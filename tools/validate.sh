@@ -4,6 +4,7 @@
 #   ./tools/validate.sh              all cases, less than 15 minutes on two cores
 #   ./tools/validate.sh --seed 7     the same with other random numbers
 #   ./tools/validate.sh cube60       only cases with that word in their name
+#   ./tools/validate.sh --spread 60  many short runs of each case: do they scatter as their standard errors say?
 set -euo pipefail
 cd "$(dirname "$0")/.."
 ./tools/setup.sh fluovox_validate

@@ -50,6 +50,10 @@ double size_of(const Case& what) {
 
 }  // namespace
 
+Estimate estimate_of(const Case& what, std::int64_t photons, std::uint64_t seed) {
+    return what.estimate ? what.estimate(photons, seed) : what.measure(trace(what, photons, seed));
+}
+
 double Outcome::z() const {
     return (got.value - what->expected) / std::hypot(got.standard_error, what->uncertainty);
 }
@@ -73,24 +77,21 @@ std::string Outcome::precision() const {
 Outcome run(const Case& what, std::uint64_t seed) {
     constexpr double kPilot = 20000, kLeast = 50000, kMost = 3e7, kSpare = 1.15;
     const auto begin = std::chrono::steady_clock::now();
-    const auto estimate = [&](std::int64_t photons, std::uint64_t number) {
-        return what.estimate ? what.estimate(photons, number) : what.measure(trace(what, photons, number));
-    };
     Outcome outcome;
     outcome.what = &what;
     outcome.photons = what.fixed;
     if (what.fixed > 0) {
-        outcome.got = estimate(outcome.photons, seed);
+        outcome.got = estimate_of(what, outcome.photons, seed);
     } else {
         const double asked = std::max(kOfValue * size_of(what), kOfLaunched * what.scale) / what.finer;
         const double wanted = what.aim > 0 ? what.aim : asked;
         auto before = static_cast<std::int64_t>(kPilot);
-        outcome.got = estimate(before, seed + 1000000);
+        outcome.got = estimate_of(what, before, seed + 1000000);
         for (std::uint64_t round = 0; round < 3; ++round) {
             const double needed =
                 kSpare * static_cast<double>(before) * std::pow(outcome.got.standard_error / wanted, 2);
             outcome.photons = before = static_cast<std::int64_t>(std::clamp(needed, kLeast, kMost));
-            outcome.got = estimate(before, seed + 2000000 * round);
+            outcome.got = estimate_of(what, before, seed + 2000000 * round);
             if (outcome.got.standard_error <= wanted) break;
         }
     }

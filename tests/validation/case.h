@@ -48,6 +48,9 @@ struct Outcome {
     std::string precision() const;
 };
 
+/// One run of a case.
+Estimate estimate_of(const Case& what, std::int64_t photons, std::uint64_t seed);
+
 /// Runs one case to a standard error of 1e-3 of the value or 3e-4 of the launched, whichever is larger: a short run
 /// tells how many photons that takes, another with other random numbers is the result (with more of them, should its
 /// standard error still be too large).

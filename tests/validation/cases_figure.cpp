@@ -175,7 +175,7 @@ struct Beads {
     double photons_per_amount = 0;
 
     Beads() {
-        const auto concentration = [](int bead) { return 0.2 * std::pow(1.8, bead); };
+        const auto concentration = [](int bead) { return 0.02 * std::pow(1.8, bead); };
         Affine half;
         half.rows = {Vec3{0.5, 0, 0}, Vec3{0, 0.5, 0}, Vec3{0, 0, 0.5}};
         const auto value = [&](Voxel v) {
@@ -222,7 +222,7 @@ Case beads_case(bool straight, const std::shared_ptr<PlotBook>& plots) {
     result.name = straight ? "beads: photons against amounts lie on a straight line (chi-squared as a deviation)"
                            : "beads: photons over what the amount of dye gives";
     result.expected = straight ? 0 : 1;
-    result.uncertainty = straight ? 0 : 3e-4;  // the light that beads take from themselves
+    result.uncertainty = straight ? 0 : 3e-5;  // the light that beads take from themselves
     result.source = "what was put in";
     result.fixed = 1800000;
     result.many = straight;

@@ -1,11 +1,14 @@
 // fluovox_validate [-o FOLDER] [--seed N] [--quick] [WORD]: all cases, or those whose name holds WORD; --quick: some of
 // each kind that take a second together.
+// fluovox_validate --spread RUNS [--share X] [--seed N] [WORD]: short runs of each case, X of the usual length where
+// that is fixed: whether they lie about each other and the reference as their standard errors say.
 
 #include "fluovox/core/atomic_file.h"
 #include "fluovox/core/error.h"
 #include "fluovox/image/plot.h"
 
 #include "validation/case.h"
+#include "validation/spread.h"
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
@@ -152,6 +155,7 @@ struct Request {
     std::string word;
     bool quick = false;
     std::uint64_t seed = 1;  ///< other random numbers for all cases
+    SpreadSettings spread;
 };
 
 /// Some of every kind that a second is enough for.
@@ -188,6 +192,32 @@ std::vector<Outcome> run_all(const std::vector<Case>& cases, const Request& requ
     return outcomes;
 }
 
+/// The same seeds for a case whether others run or not.
+void print_spreads(const std::vector<Case>& cases, const Request& request) {
+    const int runs = request.spread.runs;
+    const double of_variance = std::sqrt(2.0 / (runs - 1));
+    fmt::print("{:<88} {:>8} {:>8} {:>8}\n", "case", "variance", "z", "z^2");
+    SpreadSettings settings = request.spread;
+    settings.seed = 1000000 * request.seed;
+    double variance = 0;
+    int count = 0;
+    for (const Case& next : cases) {
+        settings.seed += 1000;
+        if (next.name.find(request.word) == std::string::npos) continue;
+        const Spread s = spread_of(next, settings);
+        fmt::print("{:<88} {:>8.3f} {:>+8.3f} {:>8.3f}   {:.1f} s\n", next.name, s.variance, s.z, s.z_squared,
+                   s.seconds);
+        std::fflush(stdout);
+        variance += s.variance;
+        ++count;
+    }
+    fmt::print(
+        "\nVariance between {} runs over what they tell: each +- {:.3f}, mean of {} cases {:.3f} +- {:.3f}. "
+        "Mean z: +- {:.3f}. Mean z^2: +- {:.3f}\n",
+        runs, of_variance, count, variance / count, of_variance / std::sqrt(count), 1 / std::sqrt(runs),
+        std::sqrt(2.0 / runs));
+}
+
 int validate(const Request& request) {
     const auto plots = std::make_shared<PlotBook>();
     std::vector<Case> cases = slab_cases();
@@ -200,6 +230,10 @@ int validate(const Request& request) {
             cases.push_back(std::move(another));
     }
     const auto begin = std::chrono::steady_clock::now();
+    if (request.spread.runs > 0) {
+        print_spreads(cases, request);
+        return 0;
+    }
     print_heading();
     const std::vector<Outcome> outcomes = run_all(cases, request, 100000 * (request.seed - 1) + 1);
     if (outcomes.empty()) throw UsageError("no case has \"" + request.word + "\" in its name");
@@ -234,6 +268,10 @@ int main(int argc, char** argv) {
                 request.folder = argv[++i];
             } else if (argument == "--seed" && i + 1 < argc) {
                 request.seed = std::stoull(argv[++i]);
+            } else if (argument == "--spread" && i + 1 < argc) {
+                request.spread.runs = std::max(2, std::stoi(argv[++i]));
+            } else if (argument == "--share" && i + 1 < argc) {
+                request.spread.share = std::stod(argv[++i]);
             } else if (argument == "--quick") {
                 request.quick = true;
             } else {
