@@ -94,8 +94,9 @@ TEST_F(DyeFile, MistakesInTheTomlAreAnsweredAtTheirPlace) {
     EXPECT_EQ(with("\"20000 /M/cm\"", "20000"),
               "d.toml:3:14: error: extinction = 20000 needs a unit, for example \"20000 /M/cm\"");
     EXPECT_EQ(with("20000 /M/cm", "0 /M/cm"), "d.toml:3:14: error: extinction is 0 /M/cm, but must be above 0");
-    EXPECT_EQ(with("20000 /M/cm", "20 /cm"),
-              "d.toml:3:14: error: extinction: \"20 /cm\" is a coefficient, not an extinction (its units: /M/cm M^-1 cm^-1)");
+    EXPECT_EQ(
+        with("20000 /M/cm", "20 /cm"),
+        "d.toml:3:14: error: extinction: \"20 /cm\" is a coefficient, not an extinction (its units: /M/cm M^-1 cm^-1)");
     EXPECT_EQ(with("quantum_yield", "quantum_yeild"),
               "d.toml:2:1: error: unknown key \"quantum_yeild\"; did you mean \"quantum_yield\"?");
     EXPECT_EQ(with("quantum_yield = 0.5\n", ""),
