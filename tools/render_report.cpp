@@ -51,12 +51,13 @@ void print_image_report(const CommonOptions& common, const ImageReport& report) 
     }
     fmt::print("{}\n{}\n", report.output.string(), report.preview.string());
     if (common.quiet) return;
-    fmt::print(stderr,
-               "{} x {} pixels, {} samples each, estimator {}, {:.1f} s; median relative error {}, {} in the brightest "
-               "tenth\n",
-               report.width, report.height, figures.samples, figures.estimator, report.seconds,
-               relative_error_text(figures.error, figures.has_light),
-               relative_error_text(figures.bright_error, figures.has_light));
+    fmt::print(
+        stderr,
+        "{} x {} pixels, {} sample{} each, estimator {}, {:.1f} s; median relative error {}, {} in the brightest "
+        "tenth\n",
+        report.width, report.height, figures.samples, figures.samples == 1 ? "" : "s", figures.estimator,
+        report.seconds, relative_error_text(figures.error, figures.has_light),
+        relative_error_text(figures.bright_error, figures.has_light));
     print_peak_memory(common);
 }
 

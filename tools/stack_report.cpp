@@ -97,13 +97,14 @@ void print_stack_report(const CommandLine& line, const Scene& scene, const Stack
     if (!report.seconds) {
         fmt::print(stderr, "{} is finished already\n", report.output.string());
     } else {
-        fmt::print(stderr,
-                   "{} planes of {} x {} pixels, {} channels, {} samples each, estimator {}, {:.1f} s; median relative "
-                   "error {}, in the brightest tenth {}\n",
-                   report.planes.size(), description.camera.width, description.camera.height,
-                   description.film.channels.size(), description.render.samples, report.estimator, *report.seconds,
-                   relative_error_text(figures.error, figures.has_light),
-                   relative_error_text(figures.bright_error, figures.has_light));
+        fmt::print(
+            stderr,
+            "{} planes of {} x {} pixels, {} channels, {} sample{} each, estimator {}, {:.1f} s; median relative "
+            "error {}, in the brightest tenth {}\n",
+            report.planes.size(), description.camera.width, description.camera.height, description.film.channels.size(),
+            description.render.samples, description.render.samples == 1 ? "" : "s", report.estimator, *report.seconds,
+            relative_error_text(figures.error, figures.has_light),
+            relative_error_text(figures.bright_error, figures.has_light));
     }
     fmt::print(stderr, "Open with {}\n", how_to_open(report.format));
     print_peak_memory(line.common());

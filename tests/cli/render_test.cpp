@@ -298,6 +298,11 @@ TEST_F(RenderTest, AnImageRendersAgainFromTheSceneInIt) {
     EXPECT_FALSE(read("a.exr") == read("d.exr"));
     expect_rows({
         {"an image is not rendered into itself", {"render", "a.exr", "-o", "a.exr"}, 2, "a.exr: is an input"},
+        {"one sample", {"render", "a.exr", "-o", "e.exr", "--samples", "1"}, 0, "12 x 8 pixels, 1 sample each"},
+        {"a grid that is not there, with its place in the scene",
+         {"render", "a.exr", "-o", "e.exr", "--set", "medium.0={dye=\"EGFP\",grid={file=\"none.vdb\"}}"},
+         4,
+         "error: (a.exr|--set [^\\n]*):\\d+:\\d+: none.vdb: cannot be read"},
         {"an image that is not there", {"check", "none.exr"}, 4, "none.exr: there is no such file"},
     });
 }

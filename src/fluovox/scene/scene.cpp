@@ -128,6 +128,16 @@ void require_available(const SceneDescription& description) {
     }
 }
 
+// What is wrong with a grid is said at the place of the scene that names it.
+std::shared_ptr<const SparseGrid> load_grid(const MediumDescription& medium, GridLoader& loader) {
+    try {
+        return loader.load(medium);
+    } catch (const InputError& e) {
+        const SourceLocation& at = medium.grid->where;
+        throw InputError(fmt::format("{}:{}:{}: {}", at.file, at.line, at.column, e.what()));
+    }
+}
+
 void add_medium(Scene& scene, const MediumDescription& description, GridLoader& loader) {
     SceneMedium medium;
     medium.name = description.name;
@@ -136,7 +146,7 @@ void add_medium(Scene& scene, const MediumDescription& description, GridLoader& 
     medium.absorption = description.absorption;
     medium.phase = description.phase;
     medium.refractive_index = description.refractive_index;
-    if (description.grid) medium.grid = loader.load(description);
+    if (description.grid) medium.grid = load_grid(description, loader);
     if (description.dye) {
         medium.dye = index_of_dye(scene, *description.dye);
         if (!description.grid) medium.amount = description.concentration_uM;
