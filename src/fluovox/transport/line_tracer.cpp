@@ -295,7 +295,9 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
     path.ray.direction = turned(path.ray.direction, cosine, u2);
 }
 
-double LineTracer::radiance(const Ray& ray, const LinePlan& plan, int scatterings, double pdf_per_sr, Rng& rng) {
+// In one function with its steps, but for the tracking of grids.
+[[gnu::flatten]] double LineTracer::radiance(const Ray& ray, const LinePlan& plan, int scatterings, double pdf_per_sr,
+                                             Rng& rng) {
     Path path{ray, pdf_per_sr};
     int left = scatterings;
     double beta = 1;
