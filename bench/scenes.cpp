@@ -185,7 +185,7 @@ BenchField make_cloud(int resolution) {
 }
 
 void write_elastic_scene(const std::filesystem::path& folder, const std::string& name, const BenchField& field,
-                         double extinction_per_um) {
+                         double extinction_per_um, int samples) {
     save_brick_fields(folder / (name + ".vdb"), {field.bricks});
     const Vec3 size{1.0 * field.size.x, 1.0 * field.size.y, 1.0 * field.size.z};
     const Vec3 middle = 0.5 * size;
@@ -229,12 +229,12 @@ spectrum = {{ from = "487 nm", to = "489 nm", bins = 1 }}
 
 [render]
 estimator = "path"
-samples   = 16
+samples   = {}
 seed      = 1
 )",
                     name, 0.99 * extinction_per_um, 0.01 * extinction_per_um, name, light.x, light.y, light.z,
                     direction.x, direction.y, direction.z, normal.x, normal.y, normal.z, far, far, middle.x, middle.y,
-                    size.z + 10, middle.x, middle.y, middle.z, size.y, 128 * field.size.x / field.size.y));
+                    size.z + 10, middle.x, middle.y, middle.z, size.y, 128 * field.size.x / field.size.y, samples));
 }
 
 }  // namespace fluovox::bench

@@ -34,8 +34,9 @@ BenchField make_tubes(const Tubes& tubes);
 BenchField make_cloud(int resolution);
 
 /// Writes NAME.vdb and NAME.toml: elastic scattering (albedo 0.99, isotropic) with the given coefficient per unit of
-/// density, distant light from the side, an orthographic camera along z on all of the box, one wavelength.
+/// density, distant light from the side, an orthographic camera along z on all of the box, one wavelength, so many
+/// samples a pixel.
 void write_elastic_scene(const std::filesystem::path& folder, const std::string& name, const BenchField& field,
-                         double extinction_per_um);
+                         double extinction_per_um, int samples);
 
 }  // namespace fluovox::bench
