@@ -84,11 +84,12 @@ private:
 };
 
 /// Unbiased estimate of the share of light that gets through: ratio tracking (Novak et al., ACM Trans. Graph. 33 (2014)
-/// 179), by roulette where little is left.
+/// 179). Where less than `dim` is left, that or nothing goes on, by roulette; with 1 all or nothing gets through, and
+/// the walk ends where a flight would (delta tracking).
 class RatioTracking {
 public:
-    RatioTracking(double coefficient, Rng& rng, TrackingCounts& counts)
-        : coefficient_(coefficient), rng_(&rng), counts_(&counts), depth_(rng) {}
+    RatioTracking(double coefficient, double dim, Rng& rng, TrackingCounts& counts)
+        : coefficient_(coefficient), dim_(dim), rng_(&rng), counts_(&counts), depth_(rng) {}
 
     /// Takes a stretch on which the grid is at most `bound`; true when nothing is left.
     template <class MakeTap>
@@ -107,7 +108,6 @@ public:
     /// The same once the next tentative collision is known to be there.
     template <class Tap>
     bool look_inside(double t, double end, double bound, const Tap& tap) {
-        constexpr double kDim = 0.1;
         if (!std::isfinite(end)) {  // background for ever
             left_ = 0;
             return true;
@@ -124,16 +124,16 @@ public:
             const double value = counted_tap(tap, place, local, bits, *counts_);
             if (value <= 0) continue;
             left_ *= 1 - value / local;
-            if (left_ >= kDim) continue;
-            const bool survives = rng_->uniform() * kDim < left_;
-            left_ = survives ? kDim : 0;
+            if (left_ >= dim_) continue;
+            const bool survives = rng_->uniform() * dim_ < left_;
+            left_ = survives ? dim_ : 0;
             if (!survives) return true;
         } while (depth_.ends_within(majorant * (end - t)));
         return false;
     }
 
 private:
-    double coefficient_;
+    double coefficient_, dim_;
     Rng* rng_;
     TrackingCounts* counts_;
     ExponentialDistance depth_;

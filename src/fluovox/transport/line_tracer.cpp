@@ -70,9 +70,10 @@ LineTracer::LineTracer(const Scene& scene, OpticalField& field) : scene_(&scene)
     }
 }
 
-void LineTracer::make_plan(const PathTask& task, LinePlan& plan) const {
+void LineTracer::make_plan(const PathTask& task, double faint, LinePlan& plan) const {
     const PathOptics& optics = *task.optics;
     plan.optics = &optics;
+    plan.faint = faint;
     plan.scattering.clear();
     plan.absorbing.clear();
     plan.dimming.clear();
@@ -152,33 +153,33 @@ double LineTracer::absorption_left(const Ray& ray, double end_um, const LinePlan
         const double coefficient = lanes_of(*plan.optics, s.medium).absorption[0];
         if (coefficient > 0) depth += coefficient * length_before(s.span, end_um);
     }
-    return track_through(plan.absorbing, ray, end_um, depth, rng);
+    return track_through(plan.absorbing, ray, end_um, depth, kDim, rng);
 }
 
 double LineTracer::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um,
-                                 const LinePlan& plan, Rng& rng) {
+                                 double dim, const LinePlan& plan, Rng& rng) {
     double depth = 0;
     for (const MediumSpan& s : spans) {
         const double coefficient = lanes_of(*plan.optics, s.medium).extinction[0];
         if (coefficient > 0) depth += coefficient * length_before(s.span, end_um);
     }
-    return track_through(plan.dimming, ray, end_um, depth, rng);
+    return track_through(plan.dimming, ray, end_um, depth, dim, rng);
 }
 
 // What gets through an optical depth of constant media and through grids.
 double LineTracer::track_through(const std::vector<LinePlan::TrackedGrid>& grids, const Ray& ray, double end_um,
-                                 double depth, Rng& rng) {
+                                 double depth, double dim, Rng& rng) {
     double left = depth > 0 ? std::exp(-depth) : 1;
     for (const LinePlan::TrackedGrid& grid : grids) {
-        if (left > 0) left *= field_->ratio_transmittance(grid.medium, ray, end_um, grid.coefficient, rng);
+        if (left > 0) left *= field_->ratio_transmittance(grid.medium, ray, end_um, grid.coefficient, dim, rng);
     }
     return left;
 }
 
-double LineTracer::shadow(Vec3 position, const LightSample& light, const LinePlan& plan, Rng& rng) {
+double LineTracer::shadow(Vec3 position, const LightSample& light, double dim, const LinePlan& plan, Rng& rng) {
     const Ray ray{position, light.to_light};
     if (field_->has_constant()) field_->gather(ray, shadow_spans_);
-    return transmittance(ray, shadow_spans_, light.distance_um, plan, rng);
+    return transmittance(ray, shadow_spans_, light.distance_um, dim, plan, rng);
 }
 
 // As OpticalField::scattering_density.
@@ -208,8 +209,8 @@ double LineTracer::from_rectangles(const Path& path, const LinePlan& plan, Rng& 
         if (!t) continue;
         const double other = path.pdf_per_sr > 0 ? rectangle_pdf(*rectangle, path.ray.direction, *t) : 0;
         const double weight = path.pdf_per_sr > 0 ? path.pdf_per_sr / (path.pdf_per_sr + other) : 1;
-        total +=
-            weight * rectangle_radiance(*rectangle) * light.photons * transmittance(path.ray, spans_, *t, plan, rng);
+        const double seen = transmittance(path.ray, spans_, *t, path.dim, plan, rng);
+        total += weight * rectangle_radiance(*rectangle) * light.photons * seen;
     }
     return total;
 }
@@ -244,10 +245,10 @@ double LineTracer::scattered_once(const Path& path, const LinePlan& plan, Rng& r
     }
     if (scattered <= 0) return 0;
     const double other = scattering_density(path.ray, t, plan);
-    const double seen = transmittance(path.ray, spans_, t, plan, rng);
+    const double seen = transmittance(path.ray, spans_, t, path.dim, plan, rng);
     if (seen <= 0) return 0;
     return light->fluence_per_um2 / (own + other) * scattered * plan.lights[chosen].photons * seen *
-           shadow(position, *light, plan, rng);
+           shadow(position, *light, path.dim, plan, rng);
 }
 
 // Light scattered at the path's own vertex.
@@ -260,7 +261,7 @@ double LineTracer::scattered_here(const Path& path, const Flight& flight, const 
         if (plan.is_thick && even_[shining.index]) {  // it is found here alone
             const LightSample& light = *even_[shining.index];
             const double phase = phase_per_sr(scatters, dot(light.to_light, path.ray.direction));
-            total += phase * light.fluence_per_um2 * shining.photons * shadow(position, light, plan, rng);
+            total += phase * light.fluence_per_um2 * shining.photons * shadow(position, light, path.dim, plan, rng);
             continue;
         }
         const double u1 = rng.uniform();
@@ -274,7 +275,8 @@ double LineTracer::scattered_here(const Path& path, const Flight& flight, const 
             const double density = scattering_density(path.ray, flight.t_um, plan);
             weight = density / (density + other);
         }
-        total += weight * phase * light->fluence_per_um2 * shining.photons * shadow(position, *light, plan, rng);
+        const double seen = shadow(position, *light, path.dim, plan, rng);
+        total += weight * phase * light->fluence_per_um2 * shining.photons * seen;
     }
     return total;
 }
@@ -319,12 +321,12 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
         if (beta <= 0) break;
         total += beta * scattered_here(path, flight, plan, rng);
 
-        constexpr double kFaint = 0.05;
-        if (beta < kFaint) {
-            if (rng.uniform() * kFaint >= beta) break;
-            beta = kFaint;
+        if (beta < plan.faint) {
+            if (rng.uniform() * plan.faint >= beta) break;
+            beta = plan.faint;
         }
         turn(path, flight, rng);
+        path.dim = kDimLater;
     }
     return total;
 }

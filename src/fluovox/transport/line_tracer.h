@@ -33,6 +33,9 @@ struct LinePlan {
     std::vector<ShiningLight> lights;
     bool is_thick = false;        ///< light is likely to be scattered on its way through all of the scene
     bool seeks_sections = false;  ///< some light is worth looking for along a ray
+    /// A path that is worth less ends, or is worth this again, by roulette at its vertices. 1: absorption ends it, as
+    /// pays where a path's length is what it costs; less where its beginning was dear.
+    double faint = 1;
 };
 
 /// Elastic light of one wavelength along a ray: what PathTracer does, without what only spectra need. Absorption by
@@ -44,7 +47,7 @@ public:
     LineTracer(const Scene& scene, OpticalField& field);
 
     /// The plan of a task's first wavelength; its optics must outlive it.
-    void make_plan(const PathTask& task, LinePlan& plan) const;
+    void make_plan(const PathTask& task, double faint, LinePlan& plan) const;
 
     /// Photons s^-1 um^-2 sr^-1 that arrive along `ray`, scattered so many times at most, unbiased; no conversions.
     /// `pdf_per_sr`: see PathTask::pdf_start_per_sr.
@@ -60,18 +63,24 @@ private:
     struct Path {
         Ray ray;
         double pdf_per_sr = 0;  // of the direction, where lights were sampled from the same point; else 0
+        double dim = kDim;      // for its transmittances: see RatioTracking
     };
+
+    // Where light is scattered first, its transmittance is most of the noise; later on it is one of many and need only
+    // be right on average.
+    static constexpr double kDim = 0.1;
+    static constexpr double kDimLater = 1;
 
     bool is_thick(const PathOptics& optics) const;
     bool find_lit_sections(const Ray& ray, const LinePlan& plan);
     double lit_pdf(std::size_t light, double t_um) const;
     Flight fly(const Ray& ray, const LinePlan& plan, Rng& rng);
     double absorption_left(const Ray& ray, double end_um, const LinePlan& plan, Rng& rng);
-    double transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, const LinePlan& plan,
-                         Rng& rng);
+    double transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, double dim,
+                         const LinePlan& plan, Rng& rng);
     double track_through(const std::vector<LinePlan::TrackedGrid>& grids, const Ray& ray, double end_um, double depth,
-                         Rng& rng);
-    double shadow(Vec3 position, const LightSample& light, const LinePlan& plan, Rng& rng);
+                         double dim, Rng& rng);
+    double shadow(Vec3 position, const LightSample& light, double dim, const LinePlan& plan, Rng& rng);
     double scattering_density(const Ray& ray, double t_um, const LinePlan& plan) const;
     double from_rectangles(const Path& path, const LinePlan& plan, Rng& rng);
     double from_surround(const Path& path, const LinePlan& plan, Rng& rng);

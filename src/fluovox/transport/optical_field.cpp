@@ -129,7 +129,7 @@ double OpticalField::tap(const SparseGrid& grid, Vec3 index_position, double bou
 template <class Walk>
 void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most, Rng& rng, Lanes& transmittance) {
     // Below this the rest is decided by roulette: the expectation stays, the walk through the dark ends.
-    constexpr double kDim = 1e-3;
+    constexpr double kDim = 0.1;
     typename Walk::Segment segment;
     ExponentialDistance depth(rng);
     while (walk.next(segment)) {
@@ -212,8 +212,8 @@ void OpticalField::track(int medium, const Ray& ray, double end_um, double coeff
 }
 
 [[gnu::flatten]] double OpticalField::ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient,
-                                                          Rng& rng) {
-    RatioTracking tracking(coefficient, rng, counts_);
+                                                          double dim, Rng& rng) {
+    RatioTracking tracking(coefficient, dim, rng, counts_);
     track(medium, ray, end_um, coefficient, tracking);
     return tracking.left();
 }

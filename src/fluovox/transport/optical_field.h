@@ -91,7 +91,8 @@ public:
 
     /// The same for one wavelength (lane 0), with one grid and coefficient: see grid_tracking.h.
     double first_collision(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng);
-    double ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng);
+    /// `dim`: see RatioTracking.
+    double ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient, double dim, Rng& rng);
 
     const Scene& scene() const { return *scene_; }
     /// Indices of the media with a grid.
