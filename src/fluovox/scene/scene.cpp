@@ -48,7 +48,7 @@ double unit_size(const std::string& unit, Dimension dimension, const std::string
 /// Opens each grid once, however many media use it in the same way.
 class GridLoader {
 public:
-    explicit GridLoader(std::vector<std::string>& warnings) : warnings_(&warnings) {}
+    GridLoader(SparseGrid::Tree tree, std::vector<std::string>& warnings) : tree_(tree), warnings_(&warnings) {}
 
     std::shared_ptr<const SparseGrid> load(const MediumDescription& medium) {
         const GridReference& reference = *medium.grid;
@@ -74,7 +74,7 @@ public:
                                                    : unit_size(metadata.length_unit, Dimension::Length, place);
             return scale;
         };
-        grid = std::make_shared<const SparseGrid>(SparseGrid::load(reference.file, name, units));
+        grid = std::make_shared<const SparseGrid>(SparseGrid::load(reference.file, name, units, tree_));
         if (is_dye && !(grid->max() <= kImpossible_uM)) {
             const std::string most =
                 std::isfinite(grid->max()) ? fmt::format("{:.3g} mol/L", grid->max() * 1e-6) : "no finite number";
@@ -93,6 +93,7 @@ private:
 
     using Key = std::tuple<std::string, std::string, bool, double, std::optional<double>, std::optional<double>>;
     std::map<Key, std::shared_ptr<const SparseGrid>> grids_;
+    SparseGrid::Tree tree_;
     std::vector<std::string>* warnings_;
 };
 
@@ -233,7 +234,8 @@ Scene build_scene(SceneDescription description) {
     require_available(description);
     Scene scene;
     scene.description = std::move(description);
-    GridLoader loader(scene.warnings);
+    const bool plain = scene.description.render.plain_tracking;
+    GridLoader loader(plain ? SparseGrid::Tree::Keep : SparseGrid::Tree::Free, scene.warnings);
     for (const MediumDescription& medium : scene.description.media)
         add_medium(scene, medium, loader);
     for (std::size_t i = 0; i < scene.media.size(); ++i) {

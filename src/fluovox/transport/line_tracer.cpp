@@ -88,6 +88,9 @@ void LineTracer::make_plan(const PathTask& task, double faint, LinePlan& plan) c
         if (!folded && lanes.absorption[0] > 0) plan.absorbing.push_back({i, lanes.absorption[0]});
         if (lanes.extinction[0] > 0) plan.dimming.push_back({i, lanes.extinction[0]});
     }
+    // The transmittance at a first vertex is most of the noise; a later one is one of many and need only be right on
+    // average. Not so where grids absorb: what gets through there finds no other way.
+    plan.dim_later = plan.absorbing.empty() ? 1 : kDim;
     plan.is_thick = is_thick(optics);
     plan.lights.clear();
     plan.seeks_sections = false;
@@ -156,8 +159,8 @@ double LineTracer::absorption_left(const Ray& ray, double end_um, const LinePlan
     return track_through(plan.absorbing, ray, end_um, depth, kDim, rng);
 }
 
-double LineTracer::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um,
-                                 double dim, const LinePlan& plan, Rng& rng) {
+double LineTracer::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, double dim,
+                                 const LinePlan& plan, Rng& rng) {
     double depth = 0;
     for (const MediumSpan& s : spans) {
         const double coefficient = lanes_of(*plan.optics, s.medium).extinction[0];
@@ -326,7 +329,7 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
             beta = plan.faint;
         }
         turn(path, flight, rng);
-        path.dim = kDimLater;
+        path.dim = plan.dim_later;
     }
     return total;
 }

@@ -36,6 +36,7 @@ struct LinePlan {
     /// A path that is worth less ends, or is worth this again, by roulette at its vertices. 1: absorption ends it, as
     /// pays where a path's length is what it costs; less where its beginning was dear.
     double faint = 1;
+    double dim_later = 1;  ///< see RatioTracking; of transmittances behind a path's first vertex
 };
 
 /// Elastic light of one wavelength along a ray: what PathTracer does, without what only spectra need. Absorption by
@@ -66,10 +67,7 @@ private:
         double dim = kDim;      // for its transmittances: see RatioTracking
     };
 
-    // Where light is scattered first, its transmittance is most of the noise; later on it is one of many and need only
-    // be right on average.
     static constexpr double kDim = 0.1;
-    static constexpr double kDimLater = 1;
 
     bool is_thick(const PathOptics& optics) const;
     bool find_lit_sections(const Ray& ray, const LinePlan& plan);

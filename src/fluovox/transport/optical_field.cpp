@@ -67,11 +67,12 @@ OpticalField::OpticalField(const Scene& scene) : scene_(&scene), plain_(scene.de
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
         const SparseGrid* grid = scene.media[i].grid.get();
         (grid != nullptr ? gridded_ : constant_).push_back(static_cast<int>(i));
-        ways_.push_back({Way::Kind::None, grid});
+        ways_.push_back({Way::Kind::None, grid, nullptr});
         if (grid == nullptr) continue;
         ways_.back().kind = plain_                  ? Way::Kind::Plain
                             : grid->has_directory() ? Way::Kind::Bricks
                                                     : Way::Kind::Majorants;
+        if (plain_ && grid->tree()) ways_.back().sampler = std::make_unique<VdbSampler>(grid->tree());
     }
 }
 
@@ -119,17 +120,23 @@ void OpticalField::gather(const Ray& ray, std::vector<MediumSpan>& spans) const 
     }
 }
 
-double OpticalField::tap(const SparseGrid& grid, Vec3 index_position, double bound, Rng& rng) {
+double OpticalField::value_at(int medium, Vec3 world_um, Rng& rng) {
     ++counts_.grid_lookups;
-    const double value = static_cast<double>(grid.tap(index_position, rng.bits()));
-    if (value > bound) ++counts_.bound_violations;
-    return value;
+    const Way& way = ways_[static_cast<std::size_t>(medium)];
+    const Vec3 at = way.grid->index_from_world().point(world_um);
+    if (way.sampler) return way.sampler->trilinear(at);
+    return static_cast<double>(way.grid->tap(at, rng.bits()));
+}
+
+PlainWalk OpticalField::plain_walk(int medium, const Ray& ray, Interval span) const {
+    const Way& way = ways_[static_cast<std::size_t>(medium)];
+    return {*way.grid, way.sampler.get(), ray, span};
 }
 
 template <class Walk>
 void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most, Rng& rng, Lanes& transmittance) {
     // Below this the rest is decided by roulette: the expectation stays, the walk through the dark ends.
-    constexpr double kDim = 0.1;
+    constexpr double kDim = 1e-3;
     typename Walk::Segment segment;
     ExponentialDistance depth(rng);
     while (walk.next(segment)) {
@@ -177,7 +184,7 @@ Lanes OpticalField::transmittance(const Ray& ray, const std::vector<MediumSpan>&
         if (most <= 0) continue;
         const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(i)].grid;
         if (plain_) {
-            ratio_track(PlainWalk(grid, ray, {0, end_um}, most), lanes_of(lanes, loss), most, rng, result);
+            ratio_track(plain_walk(i, ray, {0, end_um}), lanes_of(lanes, loss), most, rng, result);
         } else {
             ratio_track(MajorantWalk(grid, ray, {0, end_um}, most), lanes_of(lanes, loss), most, rng, result);
         }
@@ -197,7 +204,7 @@ void OpticalField::track(int medium, const Ray& ray, double end_um, double coeff
         }
     };
     if (way.kind == Way::Kind::Plain) {
-        step_along(PlainWalk(grid, ray, {0, end_um}, coefficient));
+        step_along(plain_walk(medium, ray, {0, end_um}));
     } else {
         step_along(MajorantWalk(grid, ray, {0, end_um}, coefficient));
     }
@@ -269,7 +276,7 @@ std::optional<Scattering> OpticalField::sample_scattering(const Ray& ray, const 
         const SparseGrid& grid = *scene_->media[static_cast<std::size_t>(i)].grid;
         const Interval span{0, nearest ? nearest->t_um : kFar};
         if (plain_) {
-            delta_track(PlainWalk(grid, ray, span, most), i, optics, rng, nearest, likeness);
+            delta_track(plain_walk(i, ray, span), i, optics, rng, nearest, likeness);
         } else {
             delta_track(MajorantWalk(grid, ray, span, most), i, optics, rng, nearest, likeness);
         }
@@ -310,8 +317,7 @@ Lanes OpticalField::scattering_at(const Ray& ray, double t_um, const std::vector
     for (const int g : gridded_) {
         const auto i = static_cast<std::size_t>(g);
         if (optics.media[i].max_scattering <= 0) continue;
-        const SparseGrid& grid = *scene_->media[i].grid;
-        by_medium[i] = tap(grid, grid.index_from_world().point(ray.at(t_um)), kFar, rng) * optics.media[i].scattering;
+        by_medium[i] = value_at(g, ray.at(t_um), rng) * optics.media[i].scattering;
         total += by_medium[i];
     }
     return total;
@@ -348,7 +354,7 @@ bool OpticalField::concentrations(const Ray& ray, double t_um, const std::vector
     for (const int g : gridded_) {
         const SceneMedium& medium = scene_->media[static_cast<std::size_t>(g)];
         if (medium.dye < 0) continue;
-        const double value = tap(*medium.grid, medium.grid->index_from_world().point(ray.at(t_um)), kFar, rng);
+        const double value = value_at(g, ray.at(t_um), rng);
         uM[static_cast<std::size_t>(g)] = medium.amount * value;
         any = any || value > 0;
     }

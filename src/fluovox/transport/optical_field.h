@@ -6,12 +6,16 @@
 #include "fluovox/scene/scene.h"
 #include "fluovox/spectral/lanes.h"
 #include "fluovox/transport/grid_tracking.h"
+#include "fluovox/volume/vdb_sampler.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 namespace fluovox {
+
+class PlainWalk;
 
 /// Coefficients of every medium at the wavelengths of a path, per micrometre: times the amount where the medium is
 /// constant, per unit of its grid's value where it is not.
@@ -83,9 +87,6 @@ public:
     bool concentrations(const Ray& ray, double t_um, const std::vector<MediumSpan>& spans, std::vector<double>& uM,
                         Rng& rng);
 
-    /// One stochastic tap of a grid where it is at most `bound`, counted.
-    double tap(const SparseGrid& grid, Vec3 index_position, double bound, Rng& rng);
-
     /// The part of the ray beyond which there is no medium at all.
     Interval reach(const Ray& ray, const std::vector<MediumSpan>& spans) const;
 
@@ -101,6 +102,9 @@ public:
     TrackingCounts& counts() { return counts_; }
 
 private:
+    // Value of a medium's grid at a place in the world, or what has that expectation; counted.
+    double value_at(int medium, Vec3 world_um, Rng& rng);
+    PlainWalk plain_walk(int medium, const Ray& ray, Interval span) const;
     template <class Tracking>
     void track(int medium, const Ray& ray, double end_um, double coefficient, Tracking& tracking) const;
     template <class Walk>
@@ -113,6 +117,7 @@ private:
     struct Way {
         enum class Kind { None, Plain, Majorants, Bricks } kind = Kind::None;
         const SparseGrid* grid = nullptr;
+        std::unique_ptr<VdbSampler> sampler;  // of the grid's tree, for plain tracking
     };
 
     const Scene* scene_;

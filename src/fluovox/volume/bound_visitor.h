@@ -125,7 +125,8 @@ private:
         const std::size_t column = grid_->brick_slot(i, j, 0);
         const auto first_from = [&](int k) {  // on the way; one too many where there is none
             const auto at = column + static_cast<std::size_t>(k);
-            if (z_.up != 0) return static_cast<int>(directory.next_filled(at, column + static_cast<std::size_t>(n.z)) - column);
+            if (z_.up != 0)
+                return static_cast<int>(directory.next_filled(at, column + static_cast<std::size_t>(n.z)) - column);
             return static_cast<int>(directory.last_filled(column, at + 1) - column) - 1;
         };
         double t = begin_;

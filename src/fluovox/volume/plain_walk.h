@@ -4,6 +4,7 @@
 #include "fluovox/core/vec.h"
 #include "fluovox/volume/region.h"
 #include "fluovox/volume/sparse_grid.h"
+#include "fluovox/volume/vdb_sampler.h"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +12,8 @@
 namespace fluovox {
 
 /// The reference that MajorantWalk is measured against, in results and in speed, as a textbook has it: one bound, the
-/// largest value of the whole grid, over the whole box of the grid, and values interpolated between eight voxels, each
-/// looked up from the root down. Same interface.
+/// largest value of the whole grid, over the whole box of the grid, and values interpolated between eight voxels: by
+/// OpenVDB in the tree of the file, or, where there was none, each looked up from the root down. Same interface.
 class PlainWalk {
 public:
     struct Segment {
@@ -20,8 +21,10 @@ public:
         double bound = 0;           ///< the field is at most this there
     };
 
-    PlainWalk(const SparseGrid& grid, const Ray& ray, Interval span, double /*coefficient*/)
+    /// `sampler`: of the grid's tree, or null.
+    PlainWalk(const SparseGrid& grid, VdbSampler* sampler, const Ray& ray, Interval span)
         : grid_(&grid),
+          sampler_(sampler),
           origin_(grid.index_from_world().point(ray.origin)),
           direction_(grid.index_from_world().direction(ray.direction)) {
         Interval box = intersect(BoxRegion{grid.bounds().min, grid.bounds().max}, ray);
@@ -45,7 +48,8 @@ public:
     /// put back; what is more above it is left to be found.
     double tap(double t, std::uint64_t /*bits*/) const {
         constexpr double kRounding = 1e-6;
-        const double value = grid_->trilinear_from_root(index_at(t));
+        const Vec3 at = index_at(t);
+        const double value = sampler_ != nullptr ? sampler_->trilinear(at) : grid_->trilinear_from_root(at);
         const double bound = bound_at(t);
         return value > bound && value <= (1 + kRounding) * bound ? bound : value;
     }
@@ -57,6 +61,7 @@ private:
     }
 
     const SparseGrid* grid_;
+    VdbSampler* sampler_;
     Vec3 origin_, direction_;
     std::array<Segment, 3> stretches_;
     std::size_t next_ = 0;

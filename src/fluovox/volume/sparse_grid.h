@@ -5,6 +5,7 @@
 #include "fluovox/volume/bound_levels.h"
 #include "fluovox/volume/fixed_point.h"
 #include "fluovox/volume/grid_info.h"
+#include "fluovox/volume/vdb_sampler.h"
 
 #include <array>
 #include <bit>
@@ -53,10 +54,13 @@ public:
     static constexpr int kBrickSize = 8;  ///< voxels along a brick
     static constexpr int kNodeSize = 32;  ///< voxels along a node
 
+    enum class Tree { Free, Keep };
+
     /// Reads one grid of a VDB file; `units` turns what the file says of itself into factors for its values and
-    /// lengths. Throws InputError for anything that is not a field of finite values >= 0 with an affine transform.
+    /// lengths. The tree of the file takes many times the room: it is freed, or kept to compare with. Throws InputError
+    /// for anything that is not a field of finite values >= 0 with an affine transform.
     static SparseGrid load(const std::filesystem::path& file, const std::string& name,
-                           const std::function<GridScale(const GridMetadata&)>& units);
+                           const std::function<GridScale(const GridMetadata&)>& units, Tree tree = Tree::Free);
 
     /// Values `f(voxel)` for the voxels from `min` up to but not including `max`, zero elsewhere.
     static SparseGrid from_function(Voxel min, Voxel max, const Affine& world_from_index,
@@ -93,6 +97,8 @@ public:
     /// Largest voxel value.
     double max() const { return max_; }
     std::size_t active_voxels() const { return active_voxels_; }
+    /// What it was made of, where that was kept; else empty.
+    const std::shared_ptr<const VdbTree>& tree() const { return tree_; }
     /// True where the box of all bricks is small enough for a list of them by place: BoundVisitor needs it.
     bool has_directory() const { return !directory_.empty(); }
     std::size_t memory_bytes() const;
@@ -281,6 +287,7 @@ private:
     Bounds bounds_;
     double max_ = 0;
     std::size_t active_voxels_ = 0;
+    std::shared_ptr<const VdbTree> tree_;
 };
 
 }  // namespace fluovox

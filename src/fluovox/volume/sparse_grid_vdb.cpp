@@ -64,7 +64,7 @@ void add_tree(const FloatGrid& grid, float factor, SparseGridBuilder& builder) {
 }  // namespace
 
 SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string& name,
-                            const std::function<GridScale(const GridMetadata&)>& units) {
+                            const std::function<GridScale(const GridMetadata&)>& units, Tree tree) {
     FloatGrid::ConstPtr grid = load_float_grid(file, name);
     const std::string place = file.string() + ": grid \"" + grid->getName() + '"';
     const GridScale scale = units(grid_metadata(*grid));
@@ -82,8 +82,11 @@ SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string
     const std::size_t active = grid->activeVoxelCount();
     try {
         add_tree(*grid, factor, builder);
+        std::shared_ptr<const VdbTree> kept;
+        if (tree == Tree::Keep) kept = std::make_shared<const VdbTree>(VdbTree{grid, factor});
         grid.reset();
         SparseGrid result = std::move(builder).finish(affine, active);
+        result.tree_ = std::move(kept);
 #ifdef __GLIBC__
         ::malloc_trim(0);  // the tree is many times larger than what is made of it: back to the system with it
 #endif

@@ -4,6 +4,7 @@
 
 #include "fluovox/volume/dye_grid.h"
 #include "fluovox/volume/grid_info.h"
+#include "fluovox/volume/vdb_sampler.h"
 
 #include <openvdb/openvdb.h>
 
@@ -36,6 +37,11 @@ void save_grids(const std::filesystem::path& file, const std::vector<openvdb::Gr
 
 /// Statistics of a float grid; its `entry` is left empty.
 GridInfo inspect_grid(const openvdb::FloatGrid& grid);
+
+struct VdbTree {
+    openvdb::FloatGrid::ConstPtr grid;
+    float factor = 1;
+};
 
 struct DyeGrid::Impl {
     openvdb::GridBase::Ptr grid;
