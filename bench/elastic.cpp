@@ -120,10 +120,9 @@ void report_growth(const fs::path& folder, Table& table) {
                   cost("two256_1") / base, 1.3);
 }
 
-// So many that a run takes a second or so, and what it takes to begin and end hardly counts.
-int samples_at(double depth) {
-    return depth > 1 ? 16 : 64;
-}
+// Paths per pixel: so many that a run takes a second or so, and what it takes to begin and end hardly counts.
+constexpr int kSamplesOfShortPaths = 64;
+constexpr int kSamplesOfLongPaths = 16;
 
 }  // namespace
 
@@ -135,7 +134,7 @@ void write_scenes(const fs::path& folder) {
                    100 * static_cast<double>(field.active) / (cells * tubes.scale * tubes.scale * tubes.scale));
         for (const double depth : depths)
             write_elastic_scene(folder, fmt::format("{}_{}", name, depth), field, depth / (field.mean * tubes.size.z),
-                                samples_at(depth));
+                                depth > 1 ? kSamplesOfLongPaths : kSamplesOfShortPaths);
     };
     write_tubes({{32, 32, 32}, 0.033, 3.2, 1, 1}, "tubes32", {1});
     write_tubes({{256, 256, 256}, 0.033, 3.2, 1, 1}, "tubes256", {1, 20});
@@ -143,7 +142,7 @@ void write_scenes(const fs::path& folder) {
     write_tubes({{512, 256, 256}, 0.033, 3.2, 1, 2}, "two256", {1});
     write_tubes({{1024, 1024, 1024}, 0.0062, 2.7, 1, 1}, "tubes1024", {1});
     const BenchField cloud = make_cloud(256);
-    write_elastic_scene(folder, "cloud256_20", cloud, 20 / cloud.through_middle_um, samples_at(20));
+    write_elastic_scene(folder, "cloud256_20", cloud, 20 / cloud.through_middle_um, kSamplesOfShortPaths);
     fmt::print("cloud256: {} active voxels\n", cloud.active);
 }
 

@@ -79,6 +79,28 @@ TEST(HenyeyGreenstein, DensityIsTheDerivativeOfItsDistribution) {
     }
 }
 
+TEST(Isotropic, DirectionsFillTheSphereEvenly) {
+    // By cosine and azimuth; the twin's poles are drawn in by one per cent.
+    std::vector<double> counts(256, 0);
+    std::vector<double> twin(256, 0);
+    const auto bin = [](double cosine, double azimuth) {
+        const auto of16 = [](double share) { return static_cast<std::size_t>(std::clamp(16 * share, 0.0, 15.0)); };
+        return 16 * of16(0.5 + 0.5 * cosine) + of16(0.5 + 0.5 * azimuth / std::numbers::pi);
+    };
+    Rng rng(14, 0, 0);
+    constexpr int kSamples = 2000000;
+    for (int n = 0; n < kSamples; ++n) {
+        const Vec3 direction = sample_isotropic(rng);
+        if (n % 1000 == 0) EXPECT_NEAR(length(direction), 1, 1e-12);
+        const double azimuth = std::atan2(direction.y, direction.x);
+        ++counts[bin(direction.z, azimuth)];
+        ++twin[bin(0.99 * direction.z, azimuth)];
+    }
+    const std::vector<double> expected(256, kSamples / 256.0);
+    EXPECT_GT(chi_squared_p(counts, expected), kFiveSigma);
+    EXPECT_LT(chi_squared_p(twin, expected), kFiveSigma);
+}
+
 TEST(HenyeyGreenstein, DirectionsTurnByThatCosineAllAroundTheAxis) {
     Rng rng(13, 0, 0);
     for (int a = 0; a < 8; ++a) {

@@ -1,11 +1,13 @@
 #pragma once
 
 #include "fluovox/core/circle.h"
+#include "fluovox/core/rng.h"
 #include "fluovox/core/vec.h"
 #include "fluovox/spectral/spectrum.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <variant>
 #include <vector>
@@ -95,7 +97,20 @@ inline bool is_isotropic(const PhaseFunction& phase) {
     return usual != nullptr && usual->g == 0;
 }
 
-/// A direction uniform over the sphere.
+/// A direction uniform over the sphere, in steps of 2^-31; by rejection (Marsaglia, Ann. Math. Stat. 43 (1972) 645).
+inline Vec3 sample_isotropic(Rng& rng) {
+    for (;;) {
+        const std::uint64_t drawn = rng.bits();
+        const double x = 0x1.0p-31 * static_cast<double>(static_cast<std::int32_t>(drawn >> 32U));
+        const double y = 0x1.0p-31 * static_cast<double>(static_cast<std::int32_t>(drawn));
+        const double s = x * x + y * y;
+        if (s >= 1) continue;
+        const double r = 2 * std::sqrt(1 - s);
+        return {r * x, r * y, 1 - 2 * s};
+    }
+}
+
+/// The same by two numbers uniform in [0, 1).
 inline Vec3 sample_isotropic(double u1, double u2) {
     const double cosine = 1 - 2 * u1;
     const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));

@@ -90,7 +90,7 @@ double CollisionPaths::fluence(Vec3 position, const Excitation& excitation, Rng&
         if (light) total += straight(position, l, excitation, *light, rng);
     }
     double weight = kSphere_sr;
-    Ray ray{position, sample_isotropic(rng.uniform(), rng.uniform())};
+    Ray ray{position, sample_isotropic(rng)};
     Lanes likeness;
     while (goes_on(weight, rng)) {
         field_.gather(ray, spans_);

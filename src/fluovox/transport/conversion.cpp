@@ -189,7 +189,7 @@ void PathTracer::excite_by_dyes(const Stretch& path, const GlowPoint& point, con
     onward.pdf_start_per_sr = 0;
     here.radiance.elastic = Lanes(1);
     here.radiance.by_dye.assign(scene_->dyes.size(), Lanes(1));
-    const Vec3 direction = sample_isotropic(rng.uniform(), rng.uniform());
+    const Vec3 direction = sample_isotropic(rng);
     trace({path.ray.at(point.t_um), direction}, onward, depth + 1, rng, here.radiance);
     const double fluence = kSphere_sr * here.radiance.converted()[0];
     add_glow((roulette / excitation.probability) * point.weight, excitation.wavelength_nm, fluence, here, result);

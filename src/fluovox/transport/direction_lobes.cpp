@@ -14,7 +14,7 @@ constexpr double kIsotropic = 0.25;
 }  // namespace
 
 Vec3 sample_direction(std::span<const DirectionLobe> lobes, Rng& rng) {
-    if (lobes.empty() || rng.uniform() < kIsotropic) return sample_isotropic(rng.uniform(), rng.uniform());
+    if (lobes.empty() || rng.uniform() < kIsotropic) return sample_isotropic(rng);
     const DirectionLobe& lobe = lobes[static_cast<std::size_t>(rng.uniform() * static_cast<double>(lobes.size()))];
     return turned(lobe.axis, sample_henyey_greenstein_cosine(lobe.g, rng.uniform()), rng.uniform());
 }

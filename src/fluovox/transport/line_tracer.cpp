@@ -287,17 +287,15 @@ double LineTracer::scattered_here(const Path& path, const Flight& flight, const 
 // To where it is scattered at the end of its flight.
 void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
     const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(flight.medium)].phase;
-    const double u1 = rng.uniform();
-    const double u2 = rng.uniform();
     path.ray.origin = path.ray.at(flight.t_um);
     if (is_isotropic(phase)) {
-        path.ray.direction = sample_isotropic(u1, u2);
+        path.ray.direction = sample_isotropic(rng);
         path.pdf_per_sr = 1 / (4 * std::numbers::pi);
         return;
     }
-    const double cosine = sample_phase_cosine(phase, u1);
+    const double cosine = sample_phase_cosine(phase, rng.uniform());
     path.pdf_per_sr = has_rectangles_ ? phase_per_sr(phase, cosine) : 0;
-    path.ray.direction = turned(path.ray.direction, cosine, u2);
+    path.ray.direction = turned(path.ray.direction, cosine, rng.uniform());
 }
 
 // In one function with its steps, but for the tracking of grids.

@@ -78,8 +78,9 @@ public:
 private:
     // Tentative collisions worth the steps through the blocks of a brick, or through all of the grid.
     static constexpr double kFew = 0.12;
-    // Where a brick has more than these, thinning them takes longer than walking its blocks.
+    // Where a brick has more than these, and so many would be thinned out, walking its blocks is quicker.
     static constexpr double kMany = 2;
+    static constexpr double kThinnedOut = 1;
 
     enum class Thinning { None, ByBlocks };
 
@@ -216,8 +217,9 @@ private:
         const double depth = coefficient_ * bound * (span.end - span.begin);
         if (depth <= kMany)
             return tracking.look_inside(span.begin, span.end, bound, tap(first, &brick, Thinning::ByBlocks));
+        if (depth * brick.excess < 255 * kThinnedOut)
+            return tracking.look(span.begin, span.end, bound, [&] { return tap(first, &brick, Thinning::ByBlocks); });
         const auto in_brick = [&] { return tap(first, &brick, Thinning::None); };
-        if (depth * brick.excess < 255 * kFew) return tracking.look(span.begin, span.end, bound, in_brick);
         return through_blocks(brick, span, first, [&](double begin, double end, double bound_of_block) {
             return tracking.look(begin, end, bound_of_block, in_brick);
         });
