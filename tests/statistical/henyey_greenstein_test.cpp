@@ -91,7 +91,9 @@ TEST(Isotropic, DirectionsFillTheSphereEvenly) {
     constexpr int kSamples = 2000000;
     for (int n = 0; n < kSamples; ++n) {
         const Vec3 direction = sample_isotropic(rng);
-        if (n % 1000 == 0) EXPECT_NEAR(length(direction), 1, 1e-12);
+        if (n % 1000 == 0) {
+            EXPECT_NEAR(length(direction), 1, 1e-12);
+        }
         const double azimuth = std::atan2(direction.y, direction.x);
         ++counts[bin(direction.z, azimuth)];
         ++twin[bin(0.99 * direction.z, azimuth)];

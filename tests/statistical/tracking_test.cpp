@@ -196,6 +196,35 @@ TEST(BeerLambert, RatioTrackingThroughGridsIsUnbiased) {
     }
 }
 
+// With roulette where little is left, and all or nothing from the start.
+TEST(BeerLambert, OneWavelengthThroughAGridIsUnbiasedHoweverEarlyRouletteBegins) {
+    Scene scene = grids_and_a_box();
+    scene.media.resize(1);
+    OpticalField field(scene);
+    const double coefficient = field.optics(lanes_at({450})).media[0].extinction[0];
+    for (const double dim : {0.1, 0.4, 1.0}) {
+        Rng rng(17, 0, 0);
+        RunningMean ratio;
+        RunningMean twin;
+        int between = 0;
+        for (int i = 0; i < 24; ++i) {
+            const Ray ray = random_chord(rng, 150);
+            const double depth = depth_by_points(scene, ray, 0, 220, 450, Loss::Extinction);
+            if (depth > 3) continue;
+            for (int n = 0; n < 40000; ++n) {
+                const double seen = field.ratio_transmittance(0, ray, 220, coefficient, dim, rng);
+                between += seen > 0 && seen < dim ? 1 : 0;
+                ratio.add(seen / std::exp(-depth));
+                twin.add(seen / std::exp(-1.03 * depth));
+            }
+        }
+        EXPECT_EQ(between, 0) << dim;
+        EXPECT_LT(std::abs(z_score(ratio, 1)), 5) << dim;
+        EXPECT_GT(std::abs(z_score(twin, 1)), 5) << dim;
+    }
+    EXPECT_EQ(field.counts().bound_violations, 0);
+}
+
 TEST(BeerLambert, DarknessBehindManyMeanFreePathsKeepsItsExpectation) {
     // The roulette of ratio tracking acts here: the depth is 12.
     Scene scene;
