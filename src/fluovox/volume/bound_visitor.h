@@ -2,42 +2,13 @@
 
 #include "fluovox/core/interval.h"
 #include "fluovox/core/vec.h"
+#include "fluovox/volume/ray_axis.h"
 #include "fluovox/volume/sparse_grid.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstdint>
 
 namespace fluovox {
-
-/// One axis of a ray, in bricks from the corner of a box: where it meets the planes between them.
-struct RayAxis {
-    double origin = 0, direction = 0;
-    double inverse = 0, offset = 0;
-    // 1 and 1 where the planes ahead are the upper ones, else 0 and -1: numbers, as conditions would mislead the
-    // processor.
-    int up = 1, sign = 1;
-
-    RayAxis(double o, double d) : origin(o), direction(d) {
-        constexpr double kLeast = 1e-100;  // planes that the ray runs along are met too far away to matter
-        inverse = 1 / (d + std::copysign(kLeast, d));
-        offset = -o * inverse;
-        up = 1 - static_cast<int>(std::bit_cast<std::uint64_t>(d) >> 63U);
-        sign = 2 * up - 1;
-    }
-    double meets(double plane) const { return plane * inverse + offset; }
-    /// Brick that holds the ray at t, of so many.
-    int brick(double t, int count) const { return std::clamp(static_cast<int>(origin + t * direction), 0, count - 1); }
-    /// The brick that is left through a plane.
-    int brick_before(double plane) const { return static_cast<int>(plane) - up; }
-    /// The stretch in a box of so many bricks.
-    Interval within(double count) const {
-        const double a = meets(0);
-        const double b = meets(count);
-        return {std::min(a, b), std::max(a, b)};
-    }
-};
 
 /// Leads a tracking (see grid_tracking.h) along a ray through a grid that has a directory of bricks. As MajorantWalk,
 /// for the inner loops: stretches are bricks of 8^3 with the level of their bound (Amanatides & Woo, Eurographics
@@ -119,7 +90,7 @@ private:
     // Along z, as many cameras look: the levels of a column lie side by side, and empty bricks are passed by eights.
     template <class Tracking>
     void through_column(Tracking& tracking) const {
-        const SparseGrid::Directory& directory = grid_->directory_;
+        const BrickDirectory& directory = grid_->directory_;
         const Voxel n = grid_->brick_count_;
         const int i = x_.brick(begin_, n.x);
         const int j = y_.brick(begin_, n.y);
