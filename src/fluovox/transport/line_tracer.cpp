@@ -27,6 +27,14 @@ bool is_folded(const PathOptics::MediumLanes& lanes) {
     return lanes.scattering[0] > 0.5 * lanes.extinction[0];
 }
 
+// Roulette where a path is worth less than `faint`: false when it ends; else it stands for those that did.
+bool survives(double& beta, double faint, Rng& rng) {
+    if (beta >= faint) return true;
+    if (rng.uniform() * faint >= beta) return false;
+    beta = faint;
+    return true;
+}
+
 // True where the light has the same strength and a single direction all over the box.
 bool covers(const Light& light, const Bounds& box) {
     for (int corner = 0; corner < 8; ++corner) {
@@ -202,6 +210,14 @@ double LineTracer::scattering_density(const Ray& ray, double t_um, const LinePla
     return coefficient * std::exp(-depth);
 }
 
+// Lights that the ray runs into, and light that is scattered once where it shines on the ray.
+double LineTracer::seen_along(const Path& path, bool may_scatter, const LinePlan& plan, Rng& rng) {
+    double total = has_rectangles_ ? from_rectangles(path, plan, rng) : 0;
+    if (may_scatter && plan.seeks_sections && find_lit_sections(path.ray, plan))
+        total += scattered_once(path, plan, rng);
+    return total;
+}
+
 // Rectangles that the ray hits; they are also found by sampling them from its origin, unless that is the camera.
 double LineTracer::from_rectangles(const Path& path, const LinePlan& plan, Rng& rng) {
     double total = 0;
@@ -307,10 +323,8 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
     double total = 0;
     for (;;) {
         if (field_->has_constant()) field_->gather(path.ray, spans_);
-        if (has_rectangles_) total += beta * from_rectangles(path, plan, rng);
+        total += beta * seen_along(path, left > 0, plan, rng);
         if (left == 0 && !has_surround_) break;
-        if (left > 0 && plan.seeks_sections && find_lit_sections(path.ray, plan))
-            total += beta * scattered_once(path, plan, rng);
         const Flight flight = fly(path.ray, plan, rng);
         if (flight.medium < 0) {
             if (has_surround_) total += beta * from_surround(path, plan, rng);
@@ -322,10 +336,7 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
         if (beta <= 0) break;
         total += beta * scattered_here(path, flight, plan, rng);
 
-        if (beta < plan.faint) {
-            if (rng.uniform() * plan.faint >= beta) break;
-            beta = plan.faint;
-        }
+        if (!survives(beta, plan.faint, rng)) break;
         turn(path, flight, rng);
         path.dim = plan.dim_later;
     }

@@ -80,6 +80,7 @@ private:
                          double dim, Rng& rng);
     double shadow(Vec3 position, const LightSample& light, double dim, const LinePlan& plan, Rng& rng);
     double scattering_density(const Ray& ray, double t_um, const LinePlan& plan) const;
+    double seen_along(const Path& path, bool may_scatter, const LinePlan& plan, Rng& rng);
     double from_rectangles(const Path& path, const LinePlan& plan, Rng& rng);
     double from_surround(const Path& path, const LinePlan& plan, Rng& rng);
     double scattered_once(const Path& path, const LinePlan& plan, Rng& rng);

@@ -23,7 +23,7 @@ public:
     std::uint8_t level_of(float value) const {
         if (!(value > 0)) return 0;
         const auto wanted = static_cast<double>(value);
-        const auto level = std::lower_bound(bounds_.begin() + 1, bounds_.end() - 1, wanted);
+        const auto* const level = std::lower_bound(bounds_.begin() + 1, bounds_.end() - 1, wanted);
         return static_cast<std::uint8_t>(level - bounds_.begin());
     }
 

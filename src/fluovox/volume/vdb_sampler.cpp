@@ -10,14 +10,14 @@
 namespace fluovox {
 
 struct VdbSampler::Impl {
+    explicit Impl(std::shared_ptr<const VdbTree> kept)
+        : tree(std::move(kept)), values(tree->grid->getConstAccessor()) {}
+
     std::shared_ptr<const VdbTree> tree;
     openvdb::FloatGrid::ConstAccessor values;
 };
 
-VdbSampler::VdbSampler(std::shared_ptr<const VdbTree> tree) {
-    openvdb::FloatGrid::ConstAccessor values = tree->grid->getConstAccessor();
-    impl_.reset(new Impl{std::move(tree), std::move(values)});
-}
+VdbSampler::VdbSampler(std::shared_ptr<const VdbTree> tree) : impl_(std::make_unique<Impl>(std::move(tree))) {}
 
 VdbSampler::~VdbSampler() = default;
 
