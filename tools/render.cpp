@@ -98,7 +98,7 @@ CommandLine render_command_line() {
     add("seed", po::value<std::int64_t>()->value_name("N"), "instead of render.seed");
     add("set", po::value<std::vector<std::string>>()->value_name("KEY=VALUE"), "override a key of the scene file");
     add("tracking", po::value<std::string>()->value_name("KIND"),
-        "fast (default), or plain: one bound for each grid and values between eight voxels looked up from its root, "
+        "fast (default), or plain: one bound for each grid, values by OpenVDB's own interpolation in the file's tree, "
         "slower; the same image within its noise (fluovox diff). For the estimator path");
     add_stack_options(line);
     line.positional("scene", 1);

@@ -27,11 +27,14 @@ bool is_folded(const PathOptics::MediumLanes& lanes) {
     return lanes.scattering[0] > 0.5 * lanes.extinction[0];
 }
 
-// Roulette where a path is worth less than `faint`: false when it ends; else it stands for those that did.
-bool survives(double& beta, double faint, Rng& rng) {
-    if (beta >= faint) return true;
-    if (rng.uniform() * faint >= beta) return false;
-    beta = faint;
+// Roulette where a path is worth little: false when it ends; else it stands for those that did. Earlier, as absorption
+// would have it, is a little quicker where light comes back to where it came from, and many times slower where it comes
+// through.
+bool survives(double& beta, Rng& rng) {
+    constexpr double kFaint = 0.05;
+    if (beta >= kFaint) return true;
+    if (rng.uniform() * kFaint >= beta) return false;
+    beta = kFaint;
     return true;
 }
 
@@ -78,10 +81,9 @@ LineTracer::LineTracer(const Scene& scene, OpticalField& field) : scene_(&scene)
     }
 }
 
-void LineTracer::make_plan(const PathTask& task, double faint, LinePlan& plan) const {
+void LineTracer::make_plan(const PathTask& task, LinePlan& plan) const {
     const PathOptics& optics = *task.optics;
     plan.optics = &optics;
-    plan.faint = faint;
     plan.scattering.clear();
     plan.absorbing.clear();
     plan.dimming.clear();
@@ -336,7 +338,7 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
         if (beta <= 0) break;
         total += beta * scattered_here(path, flight, plan, rng);
 
-        if (!survives(beta, plan.faint, rng)) break;
+        if (!survives(beta, rng)) break;
         turn(path, flight, rng);
         path.dim = plan.dim_later;
     }

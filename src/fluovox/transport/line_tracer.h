@@ -33,9 +33,6 @@ struct LinePlan {
     std::vector<ShiningLight> lights;
     bool is_thick = false;        ///< light is likely to be scattered on its way through all of the scene
     bool seeks_sections = false;  ///< some light is worth looking for along a ray
-    /// A path that is worth less ends, or is worth this again, by roulette at its vertices. 1: absorption ends it, as
-    /// pays where a path's length is what it costs; less where its beginning was dear.
-    double faint = 1;
     double dim_later = 1;  ///< see RatioTracking; of transmittances behind a path's first vertex
 };
 
@@ -48,7 +45,7 @@ public:
     LineTracer(const Scene& scene, OpticalField& field);
 
     /// The plan of a task's first wavelength; its optics must outlive it.
-    void make_plan(const PathTask& task, double faint, LinePlan& plan) const;
+    void make_plan(const PathTask& task, LinePlan& plan) const;
 
     /// Photons s^-1 um^-2 sr^-1 that arrive along `ray`, scattered so many times at most, unbiased; no conversions.
     /// `pdf_per_sr`: see PathTask::pdf_start_per_sr.

@@ -17,18 +17,13 @@ double scattering_cosine(Vec3 to_light, Vec3 ray_direction) {
     return dot(to_light, ray_direction);
 }
 
-// What a path is worth when roulette begins: where its length is most of what it costs, at the first absorption; where
-// conversions are, late.
-constexpr double kFaint = 0.05;
-constexpr double kFaintUnconverted = 1;
-
-// Roulette where a path is worth less than `faint`: false when it ends; else what it is worth makes up for those that
-// did.
-bool survives(Lanes& beta, double faint, Rng& rng) {
+// Roulette: false when the path ends; else what it is worth makes up for those that did.
+bool survives(Lanes& beta, Rng& rng) {
+    constexpr double kFaint = 0.05;
     const double worth = beta.max();
-    if (worth >= faint) return true;
-    if (rng.uniform() * faint >= worth) return false;
-    beta *= faint / worth;
+    if (worth >= kFaint) return true;
+    if (rng.uniform() * kFaint >= worth) return false;
+    beta *= kFaint / worth;
     return true;
 }
 
@@ -51,7 +46,7 @@ PathTracer::PathTracer(const Scene& scene, const Illumination& illumination)
         task.optics = &line_optics_[i];
         for (const double photons : illumination.lines()[i].photons)
             task.light_photons.emplace_back(1, photons);
-        line_tracer_.make_plan(task, kFaintUnconverted, line_plans_.emplace_back());
+        line_tracer_.make_plan(task, line_plans_.emplace_back());
     }
     for (const Light& light : scene.lights) {
         has_far_lights_ = has_far_lights_ || std::holds_alternative<UniformLight>(light.shape) ||
@@ -93,7 +88,7 @@ void PathTracer::trace(const Ray& ray, const PathTask& task, std::size_t depth, 
     const bool wants_light = !task.light_photons.empty();
     if (count == 1 && !converts(task)) {
         if (!wants_light) return;
-        line_tracer_.make_plan(task, depth == 0 ? kFaintUnconverted : kFaint, plan_);
+        line_tracer_.make_plan(task, plan_);
         result.elastic[0] += line_tracer_.radiance(ray, plan_, task.scatterings, task.pdf_start_per_sr, rng);
         return;
     }
@@ -169,7 +164,7 @@ bool PathTracer::go_on(Stretch& path, const PathTask& task, Level& level, Rng& r
     path.beta *= field_.transmittance(path.ray, level.spans, vertex->at.t_um, optics, Loss::Absorption, rng);
     if (path.scatterings != PathTask::kNoLimit) --path.scatterings;
     if (wants_light) add_lights_at(path, *vertex, task, level, rng, result);
-    if (!survives(path.beta, converts(task) ? kFaint : kFaintUnconverted, rng)) return false;
+    if (!survives(path.beta, rng)) return false;
 
     const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(vertex->at.medium)].phase;
     const double cosine = sample_phase_cosine(phase, rng.uniform());
