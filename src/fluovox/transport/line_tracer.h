@@ -33,7 +33,7 @@ struct LinePlan {
     std::vector<ShiningLight> lights;
     bool is_thick = false;        ///< light is likely to be scattered on its way through all of the scene
     bool seeks_sections = false;  ///< some light is worth looking for along a ray
-    double dim_later = 1;  ///< see RatioTracking; of transmittances behind a path's first vertex
+    double dim_later = 1;         ///< see RatioTracking; of transmittances behind a path's first vertex
 };
 
 /// Elastic light of one wavelength along a ray: what PathTracer does, without what only spectra need. Absorption by
