@@ -40,6 +40,12 @@ std::string chunk(std::string_view name, const std::string& data) {
     return number(static_cast<std::uint32_t>(data.size())) + body + number(sum);
 }
 
+/// Says how many frames there are, and that they are shown for ever.
+std::string animation_control(std::size_t frames) {
+    constexpr std::uint32_t for_ever = 0;
+    return chunk("acTL", number(static_cast<std::uint32_t>(frames)) + number(for_ever));
+}
+
 std::string frame_control(const Picture& frame, std::uint32_t sequence, int delay_ms) {
     return chunk("fcTL", number(sequence) + number(static_cast<std::uint32_t>(frame.width)) +
                              number(static_cast<std::uint32_t>(frame.height)) + number(0) + number(0) +
@@ -96,8 +102,7 @@ std::string to_apng(const std::vector<Picture>& frames, int delay_ms) {
             throw std::invalid_argument("the frames of an animation have one size");
         const std::string control = frame_control(frame, sequence++, delay_ms);
         if (out.empty()) {
-            const std::string count = number(static_cast<std::uint32_t>(frames.size()));
-            out = first_frame(to_png(frame), chunk("acTL", count + number(0)) + control);
+            out = first_frame(to_png(frame), animation_control(frames.size()) + control);
         } else {
             out += control + later_frame(to_png(frame), sequence);
         }

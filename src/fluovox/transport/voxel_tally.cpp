@@ -74,6 +74,7 @@ std::vector<Voxel> bricks_near_values(const SparseGrid& grid) {
     std::sort(near.begin(), near.end());
     near.erase(std::unique(near.begin(), near.end()), near.end());
     std::vector<Voxel> bricks;
+    bricks.reserve(near.size());
     for (const auto& [x, y, z] : near)
         bricks.push_back({x, y, z});
     return bricks;
