@@ -77,38 +77,44 @@ void print_extent(const GridInfo& grid) {
                high.z);
 }
 
+/// Of a grid that holds no dye: labels, or something else.
+void print_other_grid(const GridInfo& grid) {
+    const bool whole = grid.entry.value_type.starts_with("int");
+    fmt::print("  values        {} ({})\n", grid.entry.value_type,
+               whole ? "whole numbers such as labels, no concentration" : "not a grid that fluovox reads");
+    if (!grid.labels) return;
+    fmt::print("  labels        {}, the largest {}\n", grid.labels->labels, grid.labels->largest);
+    print_extent(grid);
+}
+
+void print_statistics(const GridInfo& grid) {
+    if (grid.grid_class == "level set") {
+        fmt::print("  distances     {:.6g} to {:.6g}; voxelize --from-levelset makes a concentration of them\n",
+                   grid.min, grid.max);
+        return;
+    }
+    const std::string& unit = grid.metadata.value_unit;
+    const bool silent = unit.empty();
+    fmt::print("  {:<13} min {:.6g}, mean {:.6g}, max {:.6g}{}{}\n",
+               grid.has_concentrations && !silent ? "concentration" : "range", grid.min, grid.mean, grid.max,
+               silent ? "" : " ", unit);
+    if (!grid.has_concentrations) return;
+    fmt::print("  total amount  {:.6g} mol{}\n", grid.total_mol,
+               silent ? " if the values are umol/L, as which they are read" : "");
+}
+
 void print_grid(const GridInfo& grid) {
     fmt::print("{}\n", grid.entry.name.empty() ? "(no name)" : grid.entry.name);
     if (!grid.entry.readable) {
-        const bool whole = grid.entry.value_type.starts_with("int");
-        fmt::print("  values        {} ({})\n", grid.entry.value_type,
-                   whole ? "whole numbers such as labels, no concentration" : "not a grid that fluovox reads");
-        if (!grid.labels) return;
-        fmt::print("  labels        {}, the largest {}\n", grid.labels->labels, grid.labels->largest);
-        print_extent(grid);
+        print_other_grid(grid);
         return;
     }
     const auto or_unknown = [](const std::string& text) { return text.empty() ? std::string("(not said)") : text; };
-    const std::string unit = grid.metadata.value_unit;
     fmt::print("  dye           {}\n", or_unknown(grid.metadata.dye));
     fmt::print("  values        {}{}, {}, in {}\n", grid.entry.value_type, grid.entry.half ? " (16 bit)" : "",
-               grid.grid_class, or_unknown(unit));
+               grid.grid_class, or_unknown(grid.metadata.value_unit));
     print_extent(grid);
-    if (!grid.bbox_um.empty()) {
-        if (grid.grid_class == "level set") {
-            fmt::print("  distances     {:.6g} to {:.6g}; voxelize --from-levelset makes a concentration of them\n",
-                       grid.min, grid.max);
-        } else {
-            const bool silent = unit.empty();
-            fmt::print("  {:<13} min {:.6g}, mean {:.6g}, max {:.6g}{}{}\n",
-                       grid.has_concentrations && !silent ? "concentration" : "range", grid.min, grid.mean, grid.max,
-                       silent ? "" : " ", unit);
-            if (grid.has_concentrations) {
-                fmt::print("  total amount  {:.6g} mol{}\n", grid.total_mol,
-                           silent ? " if the values are umol/L, as which they are read" : "");
-            }
-        }
-    }
+    if (!grid.bbox_um.empty()) print_statistics(grid);
     fmt::print("  memory        {:.3g} MB\n", static_cast<double>(grid.memory_bytes) / 1e6);
     if (!grid.metadata.source.empty()) fmt::print("  source        {}\n", grid.metadata.source);
 }

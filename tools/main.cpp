@@ -57,6 +57,7 @@ ExitCode run(const std::vector<std::string>& arguments) {
         std::find_if(kCommands.begin(), kCommands.end(), [&](const Command& c) { return c.name == name; });
     if (command == kCommands.end()) {
         std::vector<std::string> names;
+        names.reserve(kCommands.size());
         for (const Command& known : kCommands)
             names.emplace_back(known.name);
         throw fluovox::UsageError("no command \"" + name + '"' + fluovox::did_you_mean(name, names) +

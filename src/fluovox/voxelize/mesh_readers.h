@@ -38,7 +38,7 @@ public:
     /// The next token as a number, on as many lines as it takes (`comment` starts one that is passed over).
     double number_anywhere(char comment);
     long long integer_anywhere(char comment);
-    bool token_anywhere(char comment, std::string_view& token);
+    bool token_anywhere(char comment, std::string_view& found);
 
     /// What follows the current line.
     std::string_view rest() const { return rest_; }

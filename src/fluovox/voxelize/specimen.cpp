@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace fluovox {
 namespace {
@@ -48,7 +49,7 @@ std::string doubt_unit(const SpecimenPart& part, const Bounds& bounds, bool morp
         return fmt::format("{}: {}, since the format counts {:g} um a unit; --mesh-unit um or nm says otherwise",
                            part.name, box, format_um);
     }
-    const std::string doubt = fmt::format(
+    std::string doubt = fmt::format(
         "{}: {} when its coordinates are micrometres; neuron meshes are often in nanometres: add --mesh-unit nm, or "
         "--mesh-unit um if they are micrometres",
         part.name, box);
@@ -204,7 +205,7 @@ struct FilledGroup {
 };
 
 openvdb::FloatGrid& floats(const DyeGrid& grid) {
-    return static_cast<openvdb::FloatGrid&>(*grid.impl().grid);
+    return *openvdb::gridPtrCast<openvdb::FloatGrid>(grid.impl().grid);
 }
 
 /// Joins `from` to `into` where both have the same lattice; `from` comes later and is used up.
@@ -336,55 +337,69 @@ GridMetadata describe(const GroupReport& report) {
     return metadata;
 }
 
+/// What the user should hear of a group. Files of one kind share their unit, so the first doubt stands for all.
+void remark_on(const GroupReport& group, const SpecimenSettings& settings, bool& unit_doubted,
+               std::vector<std::string>& remarks) {
+    const auto remark = [&](const std::string& text) {
+        if (!text.empty()) remarks.push_back(text);
+    };
+    for (const PartReport& part : group.parts) {
+        remark(part.morphology ? damage(part.name, *part.morphology) : damage(part.name, part.mesh));
+        if (!part.unit_doubt.empty() && !std::exchange(unit_doubted, true)) remark(part.unit_doubt);
+    }
+    const PartReport& first = group.parts.front();
+    if (settings.shell_um == 0 && !settings.voxels.clip_um && !first.morphology) remark(doubt_volume(group));
+    if (group.voxels.caps_only)
+        remark(first.name + ": holes too large for the winding number at this voxel size; they were capped");
+}
+
+/// Parts without a label get their number among all.
+void number_parts(GroupReport& group, int& part_number) {
+    for (PartReport& part : group.parts) {
+        ++part_number;
+        if (part.label == 0) part.label = part_number;
+    }
+}
+
+using GridsByDye = std::vector<std::pair<std::string, DyeGrid>>;
+
+/// Joins a group to the grid of its dye; the first one becomes that grid.
+void add_group(GridsByDye& grids, FilledGroup& group, const SpecimenSettings& settings) {
+    const GridMetadata added = describe(group.report);
+    const auto same =
+        std::find_if(grids.begin(), grids.end(), [&](const auto& entry) { return entry.first == group.report.dye; });
+    if (same == grids.end()) {
+        describe_dye_grid(group.grid, group.report.dye, added, settings.half);
+        grids.emplace_back(group.report.dye, group.grid);
+        return;
+    }
+    join(floats(same->second), floats(group.grid), settings.overlap);
+    GridMetadata metadata = grid_metadata(*same->second.impl().grid);
+    metadata.source += ',' + added.source;
+    metadata.source_sha256 += ',' + added.source_sha256;
+    set_grid_metadata(*same->second.impl().grid, metadata);
+}
+
 }  // namespace
 
 SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const SpecimenSettings& settings,
                                  Progress& progress) {
     SpecimenResult result;
     result.voxel_size_um = choose_voxel_size(groups, settings);
-    std::vector<std::pair<std::string, DyeGrid>> by_dye;
+    GridsByDye by_dye;
     std::optional<LabelGrid> labels;
     if (settings.labels) labels.emplace(result.voxel_size_um, settings.overlap);
     int part_number = 0;
-    std::size_t doubts = 0;
+    bool unit_doubted = false;
     for (const SpecimenGroup& group : groups) {
         if (progress.stopped()) return result;
         FilledGroup filled = fill_group(group, settings, result.voxel_size_um, progress);
-        for (const PartReport& part : filled.report.parts) {
-            const std::string text =
-                part.morphology ? damage(part.name, *part.morphology) : damage(part.name, part.mesh);
-            if (!text.empty()) result.remarks.push_back(text);
-            // Files of one kind share their unit, so one of them stands for all.
-            if (!part.unit_doubt.empty() && doubts++ == 0) result.remarks.push_back(part.unit_doubt);
-        }
-        if (settings.shell_um == 0 && !settings.voxels.clip_um && !filled.report.parts.front().morphology) {
-            const std::string doubt = doubt_volume(filled.report);
-            if (!doubt.empty()) result.remarks.push_back(doubt);
-        }
-        if (filled.report.voxels.caps_only) {
-            result.remarks.push_back(group.parts.front().name +
-                                     ": holes too large for the winding number at this voxel size; they were capped");
-        }
+        remark_on(filled.report, settings, unit_doubted, result.remarks);
         if (labels) {
-            for (PartReport& part : filled.report.parts) {
-                ++part_number;
-                if (part.label == 0) part.label = part_number;
-            }
+            number_parts(filled.report, part_number);
             labels->add(floats(filled.grid), static_cast<float>(group.concentration_uM), filled.report.parts[0].label);
         }
-        const auto same =
-            std::find_if(by_dye.begin(), by_dye.end(), [&](const auto& entry) { return entry.first == group.dye; });
-        if (same == by_dye.end()) {
-            describe_dye_grid(filled.grid, group.dye, describe(filled.report), settings.half);
-            by_dye.emplace_back(group.dye, filled.grid);
-        } else {
-            join(floats(same->second), floats(filled.grid), settings.overlap);
-            GridMetadata metadata = grid_metadata(*same->second.impl().grid);
-            const GridMetadata added = describe(filled.report);
-            metadata.source += ',' + added.source;
-            metadata.source_sha256 += ',' + added.source_sha256;
-            set_grid_metadata(*same->second.impl().grid, metadata);
-        }
+        add_group(by_dye, filled, settings);
         result.groups.push_back(std::move(filled.report));
     }
     for (auto& [dye, grid] : by_dye)

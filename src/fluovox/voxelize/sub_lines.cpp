@@ -37,8 +37,10 @@ std::pair<double, double> sub_line_place(const TileTask& task, std::size_t line)
     const auto number = static_cast<int>(line % kSubLines);
     const int y = kBlockSide * task.y + column / kBlockSide;
     const int z = kBlockSide * task.z + column % kBlockSide;
+    const int row = number / kPerSide;
+    const int place = number % kPerSide;
     const auto [u, v] = shift_of_column(y, z);
-    return {y + (number / kPerSide + u) / kPerSide, z + (number % kPerSide + v) / kPerSide};
+    return {y + (row + u) / kPerSide, z + (place + v) / kPerSide};
 }
 
 SubLines::Place SubLines::place(std::size_t line) const {
@@ -46,10 +48,10 @@ SubLines::Place SubLines::place(std::size_t line) const {
     return {y, z};
 }
 
-void SubLines::cut_lines_by(std::uint32_t number, std::vector<std::pair<std::uint32_t, Crossing>>& found) const {
+void SubLines::cut_lines_by(std::uint32_t triangle, std::vector<std::pair<std::uint32_t, Crossing>>& found) const {
     const Mesh& mesh = surface_.mesh;
-    const Mesh::Triangle& t = mesh.triangles[number];
-    const bool open_cap = !surface_.is_open_cap.empty() && surface_.is_open_cap[number] != 0;
+    const Mesh::Triangle& t = mesh.triangles[triangle];
+    const bool open_cap = !surface_.is_open_cap.empty() && surface_.is_open_cap[triangle] != 0;
     const Vec3& a = mesh.vertices[t[0]];
     const Vec3& b = mesh.vertices[t[1]];
     const Vec3& c = mesh.vertices[t[2]];
@@ -64,7 +66,8 @@ void SubLines::cut_lines_by(std::uint32_t number, std::vector<std::pair<std::uin
             const auto first = static_cast<std::uint32_t>((column_y * kBlockSide + column_z) * kPerColumn);
             const Place corner = place(first);
             for (std::uint32_t n = 0; n < kPerColumn; ++n) {
-                const double y = corner.y + static_cast<double>(n / kPerSide) / kPerSide;
+                const std::uint32_t row = n / kPerSide;
+                const double y = corner.y + static_cast<double>(row) / kPerSide;
                 const double z = corner.z + static_cast<double>(n % kPerSide) / kPerSide;
                 double u = 0;
                 double v = 0;
@@ -135,19 +138,20 @@ int SubLines::winding_at(std::size_t line, double x) const {
     return winding;
 }
 
-float SubLines::open_fraction(int column, int x, const CapField& field) const {
+float SubLines::open_fraction(int column, int x, const CapField& caps) const {
     // Every other line both ways, four points on each; the solid angle of the caps at one point of each eighth of the
     // voxel serves for all in it, unless a cap itself is near, where it jumps.
     constexpr int kStep = 2;
     constexpr int kPoints = 4;
-    const Vec3 corner = {static_cast<double>(x), static_cast<double>(kBlockSide * task_.y + column / kBlockSide),
-                         static_cast<double>(kBlockSide * task_.z + column % kBlockSide)};
-    std::array<double, 8> caps{};
-    for (std::size_t i = 0; i < caps.size(); ++i) {
+    const int y = kBlockSide * task_.y + column / kBlockSide;
+    const int z = kBlockSide * task_.z + column % kBlockSide;
+    const Vec3 corner = {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
+    std::array<double, 8> angles{};
+    for (std::size_t i = 0; i < angles.size(); ++i) {
         const auto half = [&](unsigned bit) { return (i >> bit & 1U) != 0 ? 0.75 : 0.25; };
-        caps[i] = field(corner + Vec3{half(2), half(1), half(0)});
+        angles[i] = caps(corner + Vec3{half(2), half(1), half(0)});
     }
-    const auto [least, most] = std::minmax_element(caps.begin(), caps.end());
+    const auto [least, most] = std::minmax_element(angles.begin(), angles.end());
     constexpr double kJump = 0.4;
     const bool smooth = *most - *least < kJump;
     int inside = 0;
@@ -159,7 +163,7 @@ float SubLines::open_fraction(int column, int x, const CapField& field) const {
         for (int point = 0; point < kPoints; ++point, ++all) {
             const double position = x + (point + 0.5) / kPoints;
             const int eighth = 4 * (point / 2) + 2 * (n / kPerSide / 4) + n % kPerSide / 4;
-            const double angle = smooth ? caps[static_cast<std::size_t>(eighth)] : field({position, at.y, at.z});
+            const double angle = smooth ? angles[static_cast<std::size_t>(eighth)] : caps({position, at.y, at.z});
             inside += winding_at(line, position) - angle >= 0.5 ? 1 : 0;
         }
     }

@@ -177,8 +177,8 @@ private:
         std::array<double, kBlockVoxels> area{};
         std::bitset<kBlockVoxels> crossed;
         for (const Piece* piece = pieces; piece != pieces + count; ++piece) {
-            const auto voxel =
-                static_cast<std::size_t>((piece->x - kBlockSide * block) * kBlockColumns + piece->column);
+            const auto slice = static_cast<std::size_t>(piece->x - kBlockSide * block);
+            const std::size_t voxel = slice * kBlockColumns + piece->column;
             volume[voxel] += piece->volume;
             area[voxel] += piece->area;
             crossed.set(voxel);
