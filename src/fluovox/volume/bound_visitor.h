@@ -94,7 +94,7 @@ private:
         const Voxel n = grid_->brick_count_;
         const int i = x_.brick(begin_, n.x);
         const int j = y_.brick(begin_, n.y);
-        const std::size_t column = grid_->brick_slot(i, j, 0);
+        const std::size_t column = grid_->brick_place(i, j, 0);
         const auto first_from = [&](int k) {  // on the way; one too many where there is none
             const auto at = column + static_cast<std::size_t>(k);
             if (z_.up != 0)
@@ -107,12 +107,12 @@ private:
             t = std::max(t, z_.meets(k + 1 - z_.up));
             if (t >= leave_) break;
             const double end = std::min(z_.meets(k + z_.up), leave_);
-            const std::size_t slot = column + static_cast<std::size_t>(k);
-            const double bound = grid_->levels_[directory.levels()[slot]];
+            const std::size_t place = column + static_cast<std::size_t>(k);
+            const double bound = grid_->levels_[directory.level(place)];
             const double depth = coefficient_ * bound * (end - t);
             if (depth > std::min(rest, kMany)) {
                 tracking.set_rest(rest);
-                if (look_in_brick(tracking, static_cast<std::ptrdiff_t>(slot), {t, end}, bound, {i, j, k})) return;
+                if (look_in_brick(tracking, place, {t, end}, bound, {i, j, k})) return;
                 rest = tracking.rest();
             } else {
                 rest -= depth;
@@ -130,10 +130,11 @@ private:
         const int i = x_.brick(t, n.x);
         const int j = y_.brick(t, n.y);
         const int k = z_.brick(t, n.z);
-        std::ptrdiff_t slot = (static_cast<std::ptrdiff_t>(i) * n.y + j) * n.z + k;
-        const std::ptrdiff_t slots_x = std::ptrdiff_t{x_.sign} * n.y * n.z;
-        const std::ptrdiff_t slots_y = std::ptrdiff_t{y_.sign} * n.z;
-        const std::ptrdiff_t slots_z = z_.sign;
+        const auto in_column = static_cast<std::ptrdiff_t>(grid_->places_in_column_);
+        auto place = static_cast<std::ptrdiff_t>(grid_->brick_place(i, j, k));
+        const std::ptrdiff_t places_x = x_.sign * n.y * in_column;
+        const std::ptrdiff_t places_y = y_.sign * in_column;
+        const std::ptrdiff_t places_z = z_.sign;
         // The planes through which the brick is left. What they are met at is worked out afresh each time: so the last
         // ones are met just where the box ends.
         double plane_x = i + x_.up;
@@ -145,19 +146,19 @@ private:
         double next_x = x_.meets(plane_x);
         double next_y = y_.meets(plane_y);
         double next_z = z_.meets(plane_z);
-        const std::uint8_t* levels = grid_->directory_.levels();
+        const BrickDirectory& directory = grid_->directory_;
         const BoundLevels& bounds = grid_->levels_;
         const double coefficient = coefficient_;
         double rest = tracking.rest();
         for (;;) {
             const double exit = std::min(next_x, std::min(next_y, next_z));
             const double end = std::min(exit, leave);
-            const double bound = bounds[levels[slot]];
+            const double bound = bounds[directory.level(static_cast<std::size_t>(place))];
             const double depth = coefficient * bound * (end - t);
             if (depth > std::min(rest, kMany)) [[unlikely]] {
                 tracking.set_rest(rest);
                 const Voxel first{x_.brick_before(plane_x), y_.brick_before(plane_y), z_.brick_before(plane_z)};
-                if (look_in_brick(tracking, slot, {t, end}, bound, first)) return;
+                if (look_in_brick(tracking, static_cast<std::size_t>(place), {t, end}, bound, first)) return;
                 rest = tracking.rest();
             } else {
                 rest -= depth;
@@ -167,15 +168,15 @@ private:
             if (next_x <= exit) {
                 plane_x += step_x;
                 next_x = x_.meets(plane_x);
-                slot += slots_x;
+                place += places_x;
             } else if (next_y <= exit) {
                 plane_y += step_y;
                 next_y = y_.meets(plane_y);
-                slot += slots_y;
+                place += places_y;
             } else {
                 plane_z += step_z;
                 next_z = z_.meets(plane_z);
-                slot += slots_z;
+                place += places_z;
             }
         }
         tracking.set_rest(rest);
@@ -183,8 +184,8 @@ private:
 
     // On a stretch through the brick at `first`; true when the tracking ends there.
     template <class Tracking>
-    bool look_in_brick(Tracking& tracking, std::ptrdiff_t slot, Interval span, double bound, Voxel first) const {
-        const SparseGrid::Brick& brick = grid_->bricks_[grid_->directory_.brick(static_cast<std::size_t>(slot))];
+    bool look_in_brick(Tracking& tracking, std::size_t place, Interval span, double bound, Voxel first) const {
+        const SparseGrid::Brick& brick = grid_->bricks_[grid_->directory_.brick(place)];
         const double depth = coefficient_ * bound * (span.end - span.begin);
         if (depth <= kMany)
             return tracking.look_inside(span.begin, span.end, bound, tap(first, &brick, Thinning::ByBlocks));

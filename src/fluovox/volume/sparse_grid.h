@@ -177,10 +177,11 @@ private:
                    static_cast<std::size_t>(group_count_.z) +
                static_cast<std::size_t>(k);
     }
-    std::size_t brick_slot(int i, int j, int k) const {
+    // In the directory, of a brick of the occupied box.
+    std::size_t brick_place(int i, int j, int k) const {
         return (static_cast<std::size_t>(i) * static_cast<std::size_t>(brick_count_.y) + static_cast<std::size_t>(j)) *
-                   static_cast<std::size_t>(brick_count_.z) +
-               static_cast<std::size_t>(k);
+                   places_in_column_ +
+               first_in_column_ + static_cast<std::size_t>(k);
     }
     const Brick* brick_of(const Node& node, int x, int y, int z) const {
         const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>((x << 4) | (y << 2) | z);
@@ -197,8 +198,8 @@ private:
             static_cast<unsigned>(k) >= static_cast<unsigned>(brick_count_.z)) {
             return constants_[0];
         }
-        const std::size_t slot = brick_slot(i, j, k);
-        return directory_.has(slot) ? value_in(bricks_[directory_.brick(slot)], voxel) : constants_[0];
+        const std::size_t place = brick_place(i, j, k);
+        return directory_.has(place) ? value_in(bricks_[directory_.brick(place)], voxel) : constants_[0];
     }
     // Of a voxel of the brick.
     float value_in(const Brick& brick, Voxel voxel) const {
@@ -229,6 +230,8 @@ private:
     Voxel brick_count_;         // of the occupied box
     BrickMap to_bricks_;        // from its corner
     BrickDirectory directory_;  // in that box; empty where the box is large
+    // Columns along z in the directory begin where nodes do, so that a run of places lies in one node.
+    std::size_t places_in_column_ = 0, first_in_column_ = 0;
     BoundLevels levels_;
     std::vector<Brick> bricks_;
     std::vector<std::uint16_t> codes_;    // per block: its mask (4 words), then the voxels that are not zero

@@ -333,7 +333,7 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
     if (cells_.empty() || background_ > 0) return;
     const Voxel count{(high.x - low.x) / kBrick, (high.y - low.y) / kBrick, (high.z - low.z) / kBrick};
     const double bricks = static_cast<double>(count.x) * count.y * count.z;
-    constexpr double kBytes = 3;
+    constexpr double kBytes = 2;
     constexpr double kFree = 1 << 18;
     if (kBytes * bricks > kFree + static_cast<double>(std::max(grid.active_voxels_, grid.codes_.size()))) return;
     grid.brick_count_ = count;
@@ -348,24 +348,27 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
     }
     to_bricks.map.offset =
         (1.0 / kBrick) * (grid.index_from_world_.offset - Vec3{1.0 * low.x, 1.0 * low.y, 1.0 * low.z});
-    std::vector<std::int32_t> by_place(static_cast<std::size_t>(bricks), -1);
-    std::vector<std::uint8_t> levels(by_place.size(), 0);
-    std::size_t slot = 0;
+    constexpr std::size_t kRun = BrickDirectory::kRun;
+    static_assert(kRun * kBrick == SparseGrid::kNodeSize);
+    grid.first_in_column_ = static_cast<std::size_t>((low.z / kBrick) & 3);
+    grid.places_in_column_ = (grid.first_in_column_ + static_cast<std::size_t>(count.z) + kRun - 1) / kRun * kRun;
+    BrickDirectory directory(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
+                             grid.places_in_column_);
     for (int i = 0; i < count.x; ++i) {
         for (int j = 0; j < count.y; ++j) {
-            for (int k = 0; k < count.z; ++k, ++slot) {
+            for (int k = 0; k < count.z; ++k) {
                 const Voxel at{low.x / kBrick + i, low.y / kBrick + j, low.z / kBrick + k};
                 const std::int32_t node = grid.node_at(at.x >> 2, at.y >> 2, at.z >> 2);
                 if (node < 0) continue;
                 const SparseGrid::Brick* brick =
                     grid.brick_of(grid.nodes_[static_cast<std::size_t>(node)], at.x & 3, at.y & 3, at.z & 3);
-                if (brick == nullptr || !(brick->bound > 0)) continue;
-                by_place[slot] = static_cast<std::int32_t>(brick - grid.bricks_.data());
-                levels[slot] = grid.levels_.level_of(brick->bound);
+                if (brick == nullptr) continue;
+                const auto index = static_cast<std::uint32_t>(brick - grid.bricks_.data());
+                if (!directory.add(grid.brick_place(i, j, k), index, grid.levels_.level_of(brick->bound))) return;
             }
         }
     }
-    grid.directory_.fill(by_place, std::move(levels));
+    grid.directory_ = std::move(directory);
 }
 
 std::vector<Voxel> SparseGridBuilder::bricks_of(const SparseGrid& grid) {
