@@ -40,6 +40,28 @@ std::size_t layers_of(int x, int y, int z) {
     return static_cast<std::size_t>((x == 0 ? 4 : 0) | (y == 0 ? 2 : 0) | (z == 0 ? 1 : 0));
 }
 
+// Of the voxels of a brick; those in no first layer are left out.
+LayerMaxima maxima_in_first_layers(const float* values) {
+    LayerMaxima exactly{};
+    for (int x = 0; x < kBrick; ++x) {
+        for (int y = 0; y < kBrick; ++y) {
+            const int count = x == 0 || y == 0 ? kBrick : 1;
+            for (int z = 0; z < count; ++z) {
+                float& highest = exactly[layers_of(x, y, z)];
+                highest = std::max(highest, values[(x * kBrick + y) * kBrick + z]);
+            }
+        }
+    }
+    return with_all_layers(exactly);
+}
+
+bool are_same(const std::array<float, 64>& values) {
+    bool same = true;
+    for (const float value : values)
+        same = same && value == values[0];
+    return same;
+}
+
 // Steps below the largest value of a brick, in the order of floating-point numbers, to the nearest 2^shift.
 std::uint16_t encoded(float value, float largest, unsigned shift) {
     const auto top = std::bit_cast<std::uint32_t>(largest);
@@ -93,24 +115,27 @@ std::uint16_t SparseGridBuilder::constant(float value) {
 std::uint16_t SparseGridBuilder::pack_block(const float* values, int block, SparseGrid::Brick& brick) {
     const float* first = values + (((block >> 2) & 1) * 256 + ((block >> 1) & 1) * 32 + (block & 1) * 4);
     std::array<float, 64> of_block{};
-    bool same = true;
-    for (std::size_t i = 0; i < 64; ++i) {
-        of_block[i] = first[(i >> 4) * 64 + ((i >> 2) & 3) * 8 + (i & 3)];
-        same = same && of_block[i] == of_block[0];
-    }
-    if (same) {
+    for (std::size_t row = 0; row < 16; ++row)
+        std::copy_n(first + (row >> 2) * 64 + (row & 3) * 8, 4, of_block.data() + 4 * row);
+    if (are_same(of_block)) {
         const std::uint16_t index = constant(of_block[0]);
         if (index != SparseGrid::kConstants) return static_cast<std::uint16_t>(SparseGrid::kConstants + index);
     }
+    std::array<std::uint16_t, 64> codes{};
+    for (std::size_t i = 0; i < 64; ++i)
+        codes[i] = encoded(of_block[i], brick.largest, brick.shift);
+    std::uint64_t mask = 0;
+    std::size_t stored = 0;
+    for (std::size_t i = 0; i < 64; ++i) {
+        const bool is_set = of_block[i] > 0;
+        mask |= std::uint64_t{is_set} << i;
+        codes[stored] = codes[i];
+        stored += is_set ? 1 : 0;
+    }
     const std::size_t at = codes_.size();
     codes_.resize(at + kMaskWords);
-    std::uint64_t mask = 0;
-    for (std::size_t i = 0; i < 64; ++i) {
-        if (!(of_block[i] > 0)) continue;
-        mask |= std::uint64_t{1} << i;
-        codes_.push_back(encoded(of_block[i], brick.largest, brick.shift));
-    }
     std::memcpy(&codes_[at], &mask, sizeof(mask));
+    codes_.insert(codes_.end(), codes.begin(), codes.begin() + static_cast<std::ptrdiff_t>(stored));
     return static_cast<std::uint16_t>(at - brick.base);
 }
 
@@ -126,18 +151,13 @@ void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
     if (codes_.size() > std::numeric_limits<std::uint32_t>::max() - 1024)
         throw InputError("it has too many voxels (over 2^32 words)");
     cell.brick.base = static_cast<std::uint32_t>(codes_.size());
-    LayerMaxima exactly{};
     float highest = 0;
     float lowest = std::numeric_limits<float>::max();
     for (std::size_t i = 0; i < kVoxels; ++i) {
-        if (!(values[i] > 0)) continue;
-        lowest = std::min(lowest, values[i]);
-        const std::size_t layers =
-            layers_of(static_cast<int>(i >> 6), static_cast<int>((i >> 3) & 7), static_cast<int>(i & 7));
-        exactly[layers] = std::max(exactly[layers], values[i]);
         highest = std::max(highest, values[i]);
+        lowest = std::min(lowest, values[i] > 0 ? values[i] : std::numeric_limits<float>::max());
     }
-    const LayerMaxima maxima = with_all_layers(exactly);
+    const LayerMaxima maxima = maxima_in_first_layers(values);
     cell.brick.largest = highest;
     if (highest > 0) cell.brick.shift = shift_for(lowest, highest);
     for (std::size_t axes = 1; axes < 8; ++axes) {
