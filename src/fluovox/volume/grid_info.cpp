@@ -3,7 +3,6 @@
 #include "fluovox/core/error.h"
 #include "fluovox/core/quantity.h"
 #include "fluovox/volume/vdb_internal.h"
-#include "fluovox/volume/vdb_structure.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -121,16 +120,9 @@ void inspect_labels(const Grid& grid, GridInfo& info) {
 
 /// Nothing where the grid is none of whole numbers.
 void inspect_labels(const std::filesystem::path& file, const std::string& name, GridInfo& info) {
-    try {
-        check_vdb_checksum(file);
-        openvdb::io::File in(file.string());
-        in.open();
-        const auto grid = in.readGrid(name);
-        if (const auto small = openvdb::gridPtrCast<openvdb::Int32Grid>(grid)) inspect_labels(*small, info);
-        if (const auto large = openvdb::gridPtrCast<openvdb::Int64Grid>(grid)) inspect_labels(*large, info);
-    } catch (const openvdb::Exception& e) {
-        throw InputError(file.string() + ": grid \"" + name + "\" cannot be read: " + e.what());
-    }
+    const auto grid = load_any_grid(file, name);
+    if (const auto small = openvdb::gridPtrCast<openvdb::Int32Grid>(grid)) inspect_labels(*small, info);
+    if (const auto large = openvdb::gridPtrCast<openvdb::Int64Grid>(grid)) inspect_labels(*large, info);
 }
 
 }  // namespace

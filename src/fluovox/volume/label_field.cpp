@@ -1,11 +1,10 @@
 #include "fluovox/volume/label_field.h"
 
-#include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
-#include "fluovox/volume/vdb_structure.h"
 
 #include <openvdb/openvdb.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace fluovox {
@@ -17,18 +16,12 @@ struct LabelField::Impl {
 
 std::optional<LabelField> LabelField::load(const std::filesystem::path& file, double um_per_unit) {
     constexpr const char* kName = "labels";
-    initialize_openvdb();
-    try {
-        check_vdb_checksum(file);
-        openvdb::io::File in(file.string());
-        in.open();
-        if (!in.hasGrid(kName)) return std::nullopt;
-        const auto grid = openvdb::gridPtrCast<openvdb::Int32Grid>(in.readGrid(kName));
-        if (!grid) return std::nullopt;
-        return LabelField(std::make_shared<const Impl>(Impl{grid, um_per_unit}));
-    } catch (const openvdb::Exception& e) {
-        throw InputError(file.string() + ": grid \"labels\" cannot be read: " + e.what());
-    }
+    const auto grids = list_grids(file);
+    const bool has = std::any_of(grids.begin(), grids.end(), [&](const GridEntry& grid) { return grid.name == kName; });
+    if (!has) return std::nullopt;
+    const auto grid = openvdb::gridPtrCast<openvdb::Int32Grid>(load_any_grid(file, kName));
+    if (!grid) return std::nullopt;
+    return LabelField(std::make_shared<const Impl>(Impl{grid, um_per_unit}));
 }
 
 int LabelField::at(Vec3 world_um) const {

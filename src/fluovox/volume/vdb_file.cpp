@@ -2,6 +2,7 @@
 #include "fluovox/core/digest.h"
 #include "fluovox/core/error.h"
 #include "fluovox/volume/vdb_internal.h"
+#include "fluovox/volume/vdb_reader.h"
 #include "fluovox/volume/vdb_structure.h"
 
 #include <openvdb/io/File.h>
@@ -21,7 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFloatTree = "Tree_float_5_4_3";
-constexpr char kNumberMark = '\x1e';  // in a unique name, before the number among grids of one name
 
 bool equal_ignoring_case(std::string_view a, std::string_view b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(),
@@ -88,20 +88,16 @@ void require_float(const VdbDescriptor& grid, const fs::path& file) {
                      " (" + grid.type + "); fluovox reads float grids of 32 or 16 bit (Tree_float_5_4_3)");
 }
 
-openvdb::GridBase::Ptr read_grid(const fs::path& file, std::string unique_name) {
-    // The library finds "EGFP[1]", and takes the first of all of the name where it is given the file's own spelling.
-    if (const auto at = unique_name.find(kNumberMark); at != std::string::npos)
-        unique_name = unique_name.substr(0, at) + '[' + unique_name.substr(at + 1) + ']';
-    try {
-        initialize_openvdb();
-        openvdb::io::File in(file.string());
-        in.open(/*delayLoad=*/false);
-        return in.readGrid(unique_name);
-    } catch (const std::bad_alloc&) {
-        throw InputError(file.string() + ": needs more memory than there is");
-    } catch (const std::exception& e) {
-        throw InputError(file.string() + ": is damaged: " + e.what());
+// The grid whose tree another shares, or null.
+const VdbDescriptor* parent_of(const VdbDescriptor& grid, const std::vector<VdbDescriptor>& grids,
+                               const fs::path& file) {
+    if (grid.parent.empty()) return nullptr;
+    const auto parent =
+        std::find_if(grids.begin(), grids.end(), [&](const VdbDescriptor& g) { return g.unique_name == grid.parent; });
+    if (parent == grids.end() || !parent->parent.empty()) {
+        throw InputError(file.string() + ": is damaged: grid \"" + grid.name + "\" shares a tree that is absent");
     }
+    return &*parent;
 }
 
 /// Values that no concentration can have, and the first of them in the order of x, y, z.
@@ -247,24 +243,26 @@ void require_grid(const fs::path& file, const std::string& name) {
     find_grid(read_vdb_directory(file), name, file);
 }
 
+openvdb::GridBase::Ptr load_any_grid(const fs::path& file, const std::string& name) {
+    const auto grids = read_vdb_directory(file);
+    const VdbDescriptor& wanted = find_grid(grids, name, file);
+    check_vdb_checksum(file);
+    return read_vdb_grid(file, wanted, parent_of(wanted, grids, file));
+}
+
 openvdb::FloatGrid::Ptr load_any_float_grid(const fs::path& file, const std::string& name) {
     const auto grids = read_vdb_directory(file);
     const VdbDescriptor& wanted = find_grid(grids, name, file);
     require_float(wanted, file);
     check_vdb_checksum(file);
     check_vdb_float_grid(file, wanted);
-    if (!wanted.parent.empty()) {
-        const auto parent = std::find_if(grids.begin(), grids.end(),
-                                         [&](const VdbDescriptor& g) { return g.unique_name == wanted.parent; });
-        if (parent == grids.end() || !parent->parent.empty()) {
-            throw InputError(file.string() + ": is damaged: grid \"" + wanted.name + "\" shares a tree that is absent");
-        }
+    const VdbDescriptor* const parent = parent_of(wanted, grids, file);
+    if (parent != nullptr) {
         require_float(*parent, file);
         check_vdb_float_grid(file, *parent);
     }
-    auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(read_grid(file, wanted.unique_name));
+    auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(read_vdb_grid(file, wanted, parent));
     if (!grid) throw InputError(file.string() + ": grid \"" + wanted.name + "\" cannot be read");
-    grid->setName(wanted.name);
     return grid;
 }
 

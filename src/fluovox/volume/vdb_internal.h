@@ -23,6 +23,10 @@ void initialize_openvdb();
 /// float grid; a level set; values that are NaN, infinite or negative (how many, and where the first is).
 openvdb::FloatGrid::Ptr load_float_grid(const std::filesystem::path& file, const std::string& name);
 
+/// A grid of any type, of a file whose structure is not checked but for its table of contents and checksum. Throws
+/// InputError.
+openvdb::GridBase::Ptr load_any_grid(const std::filesystem::path& file, const std::string& name);
+
 /// As `load_float_grid`, but takes level sets and any values too.
 openvdb::FloatGrid::Ptr load_any_float_grid(const std::filesystem::path& file, const std::string& name);
 

@@ -312,8 +312,10 @@ std::vector<VdbDescriptor> read_vdb_directory(const std::filesystem::path& file)
         grid.grid_position = in.read<std::uint64_t>();
         grid.block_position = in.read<std::uint64_t>();
         grid.end_position = in.read<std::uint64_t>();
-        const bool ordered = in.position() <= grid.grid_position && grid.grid_position <= grid.block_position &&
-                             grid.block_position <= grid.end_position;
+        // One that shares a tree has no blocks of its own.
+        const std::uint64_t blocks = grid.parent.empty() ? grid.block_position : grid.end_position;
+        const bool ordered =
+            in.position() <= grid.grid_position && grid.grid_position <= blocks && blocks <= grid.end_position;
         if (!ordered || grid.end_position > in.size()) in.truncated();
         in.seek(grid.end_position);
         grids.push_back(std::move(grid));

@@ -98,6 +98,47 @@ TEST_F(VdbFile, ReadsHalfFloatsAndEveryCompression) {
     }
 }
 
+TEST_F(VdbFile, AFileOfManyPiecesIsReadAsTheLibraryReadsIt) {
+    auto grid = openvdb::FloatGrid::create(0.0F);
+    grid->setName("EGFP");
+    Rng random(4, 5, 6);
+    auto values = grid->getAccessor();
+    for (int x = 0; x < 100; ++x) {
+        for (int y = 0; y < 100; ++y) {
+            for (int z = 0; z < 100; ++z)
+                if (random.uniform() < 0.9) values.setValue({x, y, z}, static_cast<float>(random.uniform()));
+        }
+    }
+    const fs::path file = folder_ / "large.vdb";
+    for (const std::uint32_t compression : {openvdb::io::COMPRESS_NONE, openvdb::io::COMPRESS_ZIP}) {
+        openvdb::io::File out(file.string());
+        out.setCompression(compression | openvdb::io::COMPRESS_ACTIVE_MASK);
+        out.write({ball("before"), grid});
+        ASSERT_GT(fs::file_size(file), 3U << 20U);
+        openvdb::io::File in(file.string());
+        in.open();
+        const auto expected = openvdb::gridPtrCast<openvdb::FloatGrid>(in.readGrid("EGFP"));
+        const auto read = load_float_grid(file, "EGFP");
+        ASSERT_EQ(read->activeVoxelCount(), expected->activeVoxelCount());
+        auto other = expected->getConstAccessor();
+        for (auto value = read->cbeginValueOn(); value; ++value)
+            ASSERT_EQ(*value, other.getValue(value.getCoord())) << value.getCoord();
+    }
+}
+
+TEST_F(VdbFile, AGridThatSharesTheTreeOfAnotherIsRead) {
+    const auto grid = ball("EGFP");
+    const auto shared = openvdb::gridPtrCast<openvdb::FloatGrid>(grid->copyGrid());  // shares the tree
+    shared->setName("DAPI");
+    shared->setTransform(openvdb::math::Transform::createLinearTransform(0.25));
+    openvdb::io::File((folder_ / "shared.vdb").string()).write({grid, shared});
+    const auto read = load_float_grid(folder_ / "shared.vdb", "DAPI");
+    EXPECT_EQ(read->activeVoxelCount(), grid->activeVoxelCount());
+    EXPECT_EQ(read->tree().getValue({-8, 3, 4}), 3.0F);
+    EXPECT_DOUBLE_EQ(read->voxelSize().x(), 0.25);
+    EXPECT_EQ(read->getName(), "DAPI");
+}
+
 TEST_F(VdbFile, NamesTheGridsOfTheFileWhenOneIsMissing) {
     save_grids(folder_ / "a.vdb", {ball("EGFP"), ball("DAPI")});
     const std::string text = message([&] { load_float_grid(folder_ / "a.vdb", "mCherry"); });
