@@ -14,10 +14,12 @@
 namespace fluovox::tools {
 namespace {
 
-volatile std::sig_atomic_t stop_requested = 0;  // NOLINT(*-avoid-non-const-global-variables): a signal's only channel
+// Threads ask for it, so it is more than a sig_atomic_t; without a lock a signal may set it.
+std::atomic<bool> stop_requested = false;  // NOLINT(*-avoid-non-const-global-variables): a signal's only channel
+static_assert(std::atomic<bool>::is_always_lock_free);
 
 void request_stop(int signal) {
-    stop_requested = 1;
+    stop_requested = true;
     std::signal(signal, SIG_DFL);  // a second one ends the program at once
 }
 
@@ -25,7 +27,7 @@ class Silent final : public Progress {
 public:
     void start(const char* /*stage*/, long long /*units*/) override {}
     void advance(long long /*units*/) override {}
-    bool stopped() const override { return stop_requested != 0; }
+    bool stopped() const override { return stop_requested; }
 };
 
 using Clock = std::chrono::steady_clock;
@@ -57,7 +59,7 @@ public:
         const std::unique_lock lock(mutex_, std::try_to_lock);
         if (lock.owns_lock()) show(static_cast<double>(done) / static_cast<double>(units_));
     }
-    bool stopped() const override { return stop_requested != 0; }
+    bool stopped() const override { return stop_requested; }
 
 private:
     void show(double share) {
