@@ -86,7 +86,7 @@ StackInfo stack_info_from_json(const std::string& text) {
 
 std::uint16_t to_count(float value, double value_per_count) {
     const double count = std::round(static_cast<double>(value) / value_per_count);
-    return static_cast<std::uint16_t>(std::clamp(count, 0.0, 65535.0));  // a NaN, too, ends as a number: 0
+    return static_cast<std::uint16_t>(std::min(std::fmax(count, 0.0), 65535.0));  // fmax makes 0 of a NaN
 }
 
 }  // namespace fluovox

@@ -281,6 +281,16 @@ std::int64_t VoxelTally::slot(int x, int y, int z) const {
     return std::int64_t{brick} * static_cast<std::int64_t>(kVoxels) + ((x & 7) << 6 | (y & 7) << 3 | (z & 7));
 }
 
+std::int64_t VoxelTally::slot(Vec3 position_um) const {
+    const Vec3 p = index_from_world_.point(position_um) + Vec3{0.5, 0.5, 0.5};
+    constexpr double kFarthest = 0x1.0p31;  // light may go farther than whole numbers do
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!(std::abs(p[axis]) < kFarthest)) return -1;
+    }
+    return slot(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
+                static_cast<int>(std::floor(p.z)));
+}
+
 void VoxelTally::add(std::int64_t slot, int field, double amount, Rng& rng) {
     const double units = amount * units_;
     const auto whole = static_cast<std::int64_t>(std::floor(units + rng.uniform()));
@@ -289,9 +299,7 @@ void VoxelTally::add(std::int64_t slot, int field, double amount, Rng& rng) {
 }
 
 void VoxelTally::add_point(Vec3 position_um, int field, double amount, Rng& rng) {
-    const Vec3 p = index_from_world_.point(position_um) + Vec3{0.5, 0.5, 0.5};
-    const std::int64_t at =
-        slot(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)), static_cast<int>(std::floor(p.z)));
+    const std::int64_t at = slot(position_um);
     if (at >= 0) add(at, field, amount, rng);
 }
 
@@ -375,9 +383,7 @@ void VoxelTally::for_each_voxel(const Ray& ray, double length_um, const Visit& v
 }
 
 double VoxelTally::at(Vec3 position_um, int field) const {
-    const Vec3 p = index_from_world_.point(position_um) + Vec3{0.5, 0.5, 0.5};
-    const std::int64_t voxel =
-        slot(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)), static_cast<int>(std::floor(p.z)));
+    const std::int64_t voxel = slot(position_um);
     if (voxel < 0) return 0;
     return at(static_cast<std::size_t>(voxel >> 9), static_cast<int>(voxel & 511), field);
 }

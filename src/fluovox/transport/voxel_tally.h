@@ -95,7 +95,9 @@ private:
     void walk(const Ray& ray, double length_um, const Function& visit) const;
     std::size_t cube_at(Voxel place) const;
     static std::size_t place_in_cube(Voxel place);
+    // Of the sum of a voxel in each field; -1 beside all voxels.
     std::int64_t slot(int x, int y, int z) const;
+    std::int64_t slot(Vec3 position_um) const;
     void add(std::int64_t slot, int field, double amount, Rng& rng);
 
     VoxelLattice lattice_;

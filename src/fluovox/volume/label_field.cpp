@@ -5,6 +5,7 @@
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace fluovox {
@@ -27,6 +28,10 @@ std::optional<LabelField> LabelField::load(const std::filesystem::path& file, do
 int LabelField::at(Vec3 world_um) const {
     const Vec3 p = (1 / impl_->um_per_unit) * world_um;
     const openvdb::Vec3d index = impl_->grid->transform().worldToIndex({p.x, p.y, p.z});
+    constexpr double kFarthest = 0x1.0p31 - 1;  // a picture may show more than the tree has places for
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!(std::abs(index[axis]) < kFarthest)) return impl_->grid->background();
+    }
     // The tree itself, not an accessor: accessors keep what they saw last, so threads could not share one.
     return impl_->grid->tree().getValue(openvdb::Coord::round(index));
 }

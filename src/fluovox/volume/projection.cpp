@@ -18,19 +18,20 @@ struct View {
     double pixels_up = 1;
     openvdb::CoordBBox box;
 
-    /// The first pixel of a voxel (or of the one after the last).
-    int column(int index) const { return static_cast<int>(std::floor(pixels_across * (index - box.min()[across]))); }
-    int row(int index) const { return static_cast<int>(std::floor(pixels_up * (box.max()[up] - index))); }
+    /// The first pixel of a voxel (or of the one after the last). Of doubles, as between voxels at the ends of the
+    /// tree there are more than an int counts.
+    int column(double index) const { return static_cast<int>(std::floor(pixels_across * (index - box.min()[across]))); }
+    int row(double index) const { return static_cast<int>(std::floor(pixels_up * (box.max()[up] - index))); }
     /// One past the last pixel of a voxel; at least one pixel shows it.
-    int column_end(int index) const { return std::max(column(index) + 1, column(index + 1)); }
-    int row_end(int index) const { return std::max(row(index) + 1, row(index - 1)); }
+    int column_end(double index) const { return std::max(column(index) + 1, column(index + 1)); }
+    int row_end(double index) const { return std::max(row(index) + 1, row(index - 1)); }
 };
 
 View choose_view(const openvdb::CoordBBox& box, const openvdb::Vec3d& voxel, int most_pixels) {
     View view;
     view.box = box;
     std::array<int, 3> axes = {0, 1, 2};
-    const openvdb::Vec3d size = box.dim().asVec3d() * voxel;
+    const openvdb::Vec3d size = (box.max().asVec3d() - box.min().asVec3d() + openvdb::Vec3d(1)) * voxel;
     // The shortest axis is looked along, z where all are alike; of the others the first goes to the right.
     int along = 2;
     for (const int axis : {1, 0})

@@ -91,6 +91,7 @@ TEST_F(StackFileTest, CountsComeBackAsTheirWorth) {
         std::fill(values.begin(), values.end(), 10.1F);
         values[1] = -3;
         values[2] = 1e9F;
+        values[3] = std::numeric_limits<float>::quiet_NaN();
     });
     StackFile file(at("s.ome.tif"));
     std::vector<float> values(written.pixels());
@@ -98,6 +99,7 @@ TEST_F(StackFileTest, CountsComeBackAsTheirWorth) {
     EXPECT_EQ(values[0], 10.0F);
     EXPECT_EQ(values[1], 0.0F);
     EXPECT_EQ(values[2], 0.25F * 65535);
+    EXPECT_EQ(values[3], 0.0F);
 }
 
 TEST_F(StackFileTest, DamageIsFoundAndAnExistingFileSurvivesAFailure) {

@@ -114,5 +114,15 @@ TEST(VoxelTally, FindsBricksThatLieFarApart) {
     EXPECT_EQ(tally.at({kFar / 2, kFar / 2, kFar / 2}, 0), 0);
 }
 
+TEST(VoxelTally, LeavesOutWhatHappensFartherAwayThanVoxelsHaveNumbers) {
+    VoxelTally tally(VoxelLattice::with_values(ends_of_a_diagonal()), 1, 10);
+    Rng rng(1, 0, 0);
+    for (const double far : {2147483647.5, -2147483649.0, 1e12, -1e300})
+        tally.add_point({0, far, 0}, 0, 1, rng);
+    for (const float sum : tally.field(0, 1).values)
+        EXPECT_EQ(sum, 0);
+    EXPECT_EQ(tally.at({1e12, 0, 0}, 0), 0);
+}
+
 }  // namespace
 }  // namespace fluovox

@@ -1,5 +1,7 @@
 #include "fluovox/core/error.h"
 #include "fluovox/core/rng.h"
+#include "fluovox/volume/label_field.h"
+#include "fluovox/volume/projection.h"
 #include "fluovox/volume/sparse_grid.h"
 #include "fluovox/volume/vdb_internal.h"
 
@@ -230,7 +232,8 @@ TEST_F(VdbFile, DamagedBytesNeverCrashOrHang) {
         // Mostly in the first kilobytes, where the counts and sizes are.
         const double reach = trial % 2 == 0 ? 1200.0 : static_cast<double>(whole.size());
         for (int flips = 0; flips < 4; ++flips) {
-            damaged[static_cast<std::size_t>(random.uniform() * reach)] = static_cast<char>(random.uniform() * 256);
+            damaged[static_cast<std::size_t>(random.uniform() * reach)] =
+                static_cast<char>(static_cast<int>(random.uniform() * 256));
         }
         const fs::path file = write("damaged.vdb", damaged);
         refused += message([&] { load_float_grid(file, ""); }).empty() ? 0 : 1;
@@ -339,6 +342,36 @@ TEST_F(VdbFile, VoxelsAtBothEndsOfAllNumbersAreRefusedToo) {
         SparseGrid::load(folder_ / "a.vdb", "EGFP", [](const GridMetadata& /*unknown*/) { return GridScale{}; });
     });
     EXPECT_NE(said.find("a.vdb: grid \"EGFP\": its voxels are spread too far apart"), std::string::npos) << said;
+}
+
+TEST_F(VdbFile, VoxelsAtBothEndsOfAllNumbersAreProjectedIntoAPictureOfTheSizeAskedFor) {
+    auto grid = openvdb::FloatGrid::create(0.0F);
+    grid->setName("EGFP");
+    grid->tree().setValue({1 << 30, 0, 3}, 1.0F);
+    grid->tree().setValue({-(1 << 30), 1 << 30, 3}, 2.0F);
+    save_grids(folder_ / "a.vdb", {grid});
+    const auto pictures = project_grids(folder_ / "a.vdb", 64);
+    ASSERT_EQ(pictures.size(), 1U);
+    const Projection& picture = pictures[0];
+    EXPECT_LE(picture.width, 65);
+    EXPECT_LE(picture.height, 33);
+    ASSERT_EQ(picture.values.size(),
+              static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
+    EXPECT_EQ(picture.values.front(), 2.0F);
+    EXPECT_EQ(picture.values.back(), 1.0F);
+}
+
+TEST_F(VdbFile, LabelsAreNobodysWhereTheTreeHasNoPlaces) {
+    auto grid = openvdb::Int32Grid::create(0);
+    grid->setName("labels");
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(1e-3));
+    grid->tree().setValue({1000, 0, 0}, 7);
+    openvdb::io::File((folder_ / "a.vdb").string()).write(openvdb::GridPtrVec{grid});
+    const auto labels = LabelField::load(folder_ / "a.vdb", 1);
+    ASSERT_TRUE(labels);
+    EXPECT_EQ(labels->at({1, 0, 0}), 7);
+    for (const double far : {2147483.6475, -2147484.0, 1e12, -1e300})
+        EXPECT_EQ(labels->at({1, far, 0}), 0);
 }
 
 TEST_F(VdbFile, WhatTheFormatSaysTwiceMustBeTheSame) {
