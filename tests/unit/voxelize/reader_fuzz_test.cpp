@@ -19,13 +19,6 @@
 
 // Damaged files of every format: each is read or refused with InputError, never a crash, a hang or a flood of memory.
 // FLUOVOX_FUZZ=100000 in the environment runs that many instead of the few thousand of the suite.
-#ifdef __SANITIZE_ADDRESS__
-/// Debian's assimp forgets a few bytes when it throws; what our own readers forget still counts.
-extern "C" const char* __lsan_default_suppressions();   // NOLINT(bugprone-reserved-identifier): the sanitizer's name
-extern "C" const char* __lsan_default_suppressions() {  // NOLINT(bugprone-reserved-identifier)
-    return "leak:libassimp";
-}
-#endif
 
 namespace fluovox {
 namespace {
