@@ -24,6 +24,6 @@ void report_fluorescence(const std::filesystem::path& folder, const std::filesys
 void report_sheet(const std::filesystem::path& folder, Table& table);
 
 /// The project's own neuron: voxels, set-up, images.
-void report_neuron(const std::filesystem::path& neuron, Table& table);
+void report_neuron(const std::filesystem::path& folder, Table& table);
 
 }  // namespace fluovox::bench

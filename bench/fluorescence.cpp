@@ -85,7 +85,8 @@ Worth worth_of(const Scene& scene, int samples, const std::function<void(int, in
     Figures figures;
     time_into(figures, [&] {
         for (int pixel = 0; pixel < pixels; ++pixel) {
-            std::vector<double> sum(bins), squares(bins);
+            std::vector<double> sum(bins);
+            std::vector<double> squares(bins);
             for (int s = 0; s < samples; ++s) {
                 sample(pixel, s, values);
                 for (std::size_t b = 0; b < bins; ++b) {

@@ -15,12 +15,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
 
 namespace fluovox::bench {
 namespace {
+
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 double cpu_seconds() {
     rusage usage{};
@@ -42,24 +45,59 @@ Figures in_own_process(int threads, const std::function<Figures()>& work) {
                                         static_cast<std::size_t>(threads));
         Figures figures = work();
         figures["peak_bytes"] = static_cast<double>(peak_resident_bytes());
-        std::FILE* out = ::fdopen(ends[1], "w");
-        for (const auto& [name, value] : figures)
-            std::fprintf(out, "%s %.17g\n", name.c_str(), value);
-        std::fclose(out);
+        {
+            const File out(::fdopen(ends[1], "w"), std::fclose);
+            for (const auto& [name, value] : figures)
+                std::fprintf(out.get(), "%s %.17g\n", name.c_str(), value);
+        }
         std::_Exit(0);
     }
     ::close(ends[1]);
     Figures figures;
-    std::FILE* in = ::fdopen(ends[0], "r");
+    const File in(::fdopen(ends[0], "r"), std::fclose);
     char name[64];  // NOLINT(*-avoid-c-arrays): fscanf wants one
     double value = 0;
-    while (std::fscanf(in, "%63s %lf", name, &value) == 2)
+    while (std::fscanf(in.get(), "%63s %lf", name, &value) == 2)
         figures[name] = value;
-    std::fclose(in);
     int status = 0;
     ::waitpid(child, &status, 0);
     if (status != 0) throw std::runtime_error("a measured run failed");
     return figures;
+}
+
+/// What a milky cube absorbs of a photon that enters it in the middle of a face.
+double absorbed_in_plain_cube(int photon) {
+    constexpr double kSize = 60;
+    constexpr double kScattering = 1;
+    constexpr double kAbsorption = 0.005;
+    constexpr double kG = 0.01;
+    Rng rng(7, static_cast<std::uint64_t>(photon), 1);
+    Vec3 p{30, 30, 0};
+    Vec3 d{0, 0, 1};
+    double weight = 1;
+    double absorbed = 0;
+    for (;;) {
+        const double step = -std::log(1 - rng.uniform()) / kScattering;
+        double wall = step;
+        for (int axis = 0; axis < 3; ++axis) {
+            if (d[axis] != 0) wall = std::min(wall, ((d[axis] > 0 ? kSize : 0) - p[axis]) / d[axis]);
+        }
+        const double left = weight * std::exp(-kAbsorption * wall);
+        absorbed += weight - left;
+        weight = left;
+        if (wall < step) return absorbed;
+        p = p + wall * d;
+        if (weight < 0.1) {
+            if (rng.uniform() >= 0.2) return absorbed;
+            weight *= 5;
+        }
+        const double f = (1 - kG * kG) / (1 - kG + 2 * kG * rng.uniform());
+        const double cosine = (1 + kG * kG - f * f) / (2 * kG);
+        const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+        const double azimuth = 2 * std::numbers::pi * rng.uniform();
+        const Frame frame = Frame::around(d);
+        d = frame.to_world({sine * std::cos(azimuth), sine * std::sin(azimuth), cosine});
+    }
 }
 
 }  // namespace
@@ -100,38 +138,11 @@ double resident_bytes() {
 
 double plain_cube_rate() {
     constexpr int kPhotons = 60'000;
-    constexpr double kSize = 60, kScattering = 1, kAbsorption = 0.005, kG = 0.01;
     double absorbed = 0;
     Figures figures;
     time_into(figures, [&] {
-        for (int i = 0; i < kPhotons; ++i) {
-            Rng rng(7, static_cast<std::uint64_t>(i), 1);
-            Vec3 p{30, 30, 0};
-            Vec3 d{0, 0, 1};
-            double weight = 1;
-            for (;;) {
-                const double step = -std::log(1 - rng.uniform()) / kScattering;
-                double wall = step;
-                for (int axis = 0; axis < 3; ++axis) {
-                    if (d[axis] != 0) wall = std::min(wall, ((d[axis] > 0 ? kSize : 0) - p[axis]) / d[axis]);
-                }
-                const double left = weight * std::exp(-kAbsorption * wall);
-                absorbed += weight - left;
-                weight = left;
-                if (wall < step) break;
-                p = p + wall * d;
-                if (weight < 0.1) {
-                    if (rng.uniform() >= 0.2) break;
-                    weight *= 5;
-                }
-                const double f = (1 - kG * kG) / (1 - kG + 2 * kG * rng.uniform());
-                const double cosine = (1 + kG * kG - f * f) / (2 * kG);
-                const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-                const double azimuth = 2 * std::numbers::pi * rng.uniform();
-                const Frame frame = Frame::around(d);
-                d = frame.to_world({sine * std::cos(azimuth), sine * std::sin(azimuth), cosine});
-            }
-        }
+        for (int i = 0; i < kPhotons; ++i)
+            absorbed += absorbed_in_plain_cube(i);
     });
     return absorbed > 0 ? kPhotons / figures["cpu"] / 1e3 : 0;
 }

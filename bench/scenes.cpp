@@ -70,7 +70,7 @@ private:
 /// A straight piece of tube, in voxels.
 struct Piece {
     Vec3 from, to;
-    double radius;
+    double radius = 0;
 };
 
 void draw(const Piece& piece, Voxel size, BrickWriter& bricks) {
@@ -102,7 +102,9 @@ double grow(const Tubes& tubes, Rng& rng, BrickWriter& bricks, Voxel size) {
         double radius;
         int left;
     };
-    constexpr double kStep = 4, kBend = 0.35, kBranch = 0.03;
+    constexpr double kStep = 4;
+    constexpr double kBend = 0.35;
+    constexpr double kBranch = 0.03;
     const auto outside = [&](Vec3 p) {
         return p.x < 0 || p.y < 0 || p.z < 0 || p.x > tubes.size.x || p.y > tubes.size.y || p.z > tubes.size.z;
     };

@@ -50,34 +50,34 @@ double mesh_unit(const CommandLine& line, const std::string& text) {
 }
 
 Bounds box(const CommandLine& line, const std::string& option, const std::string& text) {
+    const std::string said = option + ' ' + text;
     const std::vector<std::string> parts = split(text, ',');
-    if (parts.size() != 6)
-        line.fail(option + ' ' + text + ": wants X0,Y0,Z0,X1,Y1,Z1, for example 0um,0um,0um,50um,50um,20um");
+    if (parts.size() != 6) line.fail(said + ": wants X0,Y0,Z0,X1,Y1,Z1, for example 0um,0um,0um,50um,50um,20um");
     Bounds bounds;
     for (int axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<std::size_t>(axis);
         bounds.min[axis] = quantity(line, option, parts[i], Dimension::Length);
         bounds.max[axis] = quantity(line, option, parts[i + 3], Dimension::Length);
-        if (!(bounds.min[axis] < bounds.max[axis])) line.fail(option + ' ' + text + ": the box is empty");
+        if (!(bounds.min[axis] < bounds.max[axis])) line.fail(said + ": the box is empty");
     }
     return bounds;
 }
 
-DyeChoice choose_dye(const CommandLine& line, const std::string& text, const std::string& name,
+DyeChoice choose_dye(const CommandLine& line, const std::string& option, const std::string& name,
                      const std::string& concentration, std::vector<std::string>& remarks) {
     DyeChoice choice;
-    choice.concentration_uM = quantity(line, text, concentration, Dimension::Concentration);
-    if (!(choice.concentration_uM > 0)) line.fail(text + ": the concentration must be greater than zero");
+    choice.concentration_uM = quantity(line, option, concentration, Dimension::Concentration);
+    if (!(choice.concentration_uM > 0)) line.fail(option + ": the concentration must be greater than zero");
     if (const auto match = find_dye(name)) {
         choice.name = match->dye.name;
         if (!match->remark.empty()) remarks.push_back(match->remark);
     } else if (name.ends_with(".toml") || name.find('/') != std::string::npos) {
         choice.name = load_dye(name).name;
     } else {
-        throw Error(ExitCode::Scene, text + ": " + unknown_dye_message(name));
+        throw Error(ExitCode::Scene, option + ": " + unknown_dye_message(name));
     }
     constexpr double kImpossible_uM = 1e9;
-    if (choice.concentration_uM > kImpossible_uM) line.fail(text + ": the concentration is denser than any matter");
+    if (choice.concentration_uM > kImpossible_uM) line.fail(option + ": the concentration is denser than any matter");
     constexpr double kAbsurd_uM = 1e5;
     if (choice.concentration_uM > kAbsurd_uM) {
         remarks.push_back(

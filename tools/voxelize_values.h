@@ -30,8 +30,8 @@ struct DyeChoice {
     double concentration_uM = 0;
 };
 
-/// `text` is the whole of an option like "--dye EGFP=5uM", `name` and `concentration` its parts.
-DyeChoice choose_dye(const CommandLine& line, const std::string& text, const std::string& name,
+/// `option` is the whole of one like "--dye EGFP=5uM", `name` and `concentration` its parts.
+DyeChoice choose_dye(const CommandLine& line, const std::string& option, const std::string& name,
                      const std::string& concentration, std::vector<std::string>& remarks);
 
 /// "EGFP=5uM" of `--dye`.

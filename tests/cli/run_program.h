@@ -43,12 +43,13 @@ struct CommandRow {
 
 /// Gives each test an empty folder, in which the program runs, so that messages hold relative names.
 class ProgramTest : public ::testing::Test {
-protected:
+public:
     ProgramTest();
     ~ProgramTest() override;
     ProgramTest(const ProgramTest&) = delete;
     ProgramTest& operator=(const ProgramTest&) = delete;
 
+protected:
     const std::filesystem::path& folder() const { return folder_; }
     /// Writes a file into the folder (with its parents) and gives its full path.
     std::filesystem::path write(const std::string& name, const std::string& text) const;

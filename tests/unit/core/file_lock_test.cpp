@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 class FileLockTest : public ::testing::Test {
-protected:
+public:
     FileLockTest() : folder_(fs::path(::testing::TempDir()) / ("fluovox_lock_" + std::to_string(::getpid()))) {
         fs::create_directories(folder_);
     }
@@ -29,6 +29,7 @@ protected:
     FileLockTest(const FileLockTest&) = delete;
     FileLockTest& operator=(const FileLockTest&) = delete;
 
+protected:
     fs::path file() const { return folder_ / "lock"; }
 
 private:

@@ -107,7 +107,7 @@ TEST_F(Exr, EverythingComesBack) {
 TEST_F(Exr, VariancesOfRegionsComeBackWherePixelsShareSamples) {
     Film film(7, 70, film_layers({"EGFP", "My.Dye"}, true), 3);
     std::mt19937_64 random(1);
-    std::vector<double> values(7 * 70 * film.values_per_sample());
+    std::vector<double> values(static_cast<std::size_t>(film.pixels()) * film.values_per_sample());
     for (int sample = 0; sample < 4; ++sample) {
         for (double& value : values)
             value = std::exponential_distribution<double>(1)(random);

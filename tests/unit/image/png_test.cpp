@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 
@@ -44,7 +45,7 @@ TEST(Png, SixteenBitsHaveTheRightByteOrder) {
     int height = 0;
     const auto eight_bit = decode(bytes, width, height);
     for (std::size_t i = 0; i < eight_bit.size(); ++i)
-        EXPECT_EQ(eight_bit[i], static_cast<int>(picture.rgb[i] / 257.0 + 0.5)) << i;
+        EXPECT_EQ(eight_bit[i], std::lround(picture.rgb[i] / 257.0)) << i;
     EXPECT_EQ(bytes[24], 16);  // IHDR's bit depth
 }
 

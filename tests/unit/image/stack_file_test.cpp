@@ -51,7 +51,7 @@ void fill(int plane, int channel, std::span<float> values) {
 }
 
 class StackFileTest : public ::testing::Test {
-protected:
+public:
     StackFileTest() : folder_(fs::path(::testing::TempDir()) / ("fluovox_stack_" + std::to_string(::getpid()))) {
         fs::create_directories(folder_);
     }
@@ -62,6 +62,7 @@ protected:
     StackFileTest(const StackFileTest&) = delete;
     StackFileTest& operator=(const StackFileTest&) = delete;
 
+protected:
     fs::path at(const std::string& name) const { return folder_ / name; }
 
 private:

@@ -22,7 +22,7 @@ constexpr const char* kCurves = "wavelength_nm,excitation,emission\n400,0,\n450,
 
 /// A folder of its own for each test, with files to write into it.
 class DyeFile : public ::testing::Test {
-protected:
+public:
     DyeFile() {
         std::string name = (fs::temp_directory_path() / "fluovox-dye-XXXXXX").string();
         if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
@@ -32,6 +32,7 @@ protected:
     DyeFile(const DyeFile&) = delete;
     DyeFile& operator=(const DyeFile&) = delete;
 
+protected:
     void write(const std::string& name, std::string_view text) const {
         std::ofstream(folder_ / name, std::ios::binary) << text;
     }

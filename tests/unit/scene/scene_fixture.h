@@ -72,7 +72,7 @@ inline std::string with(std::string text, const std::string& from, const std::st
 }
 
 class SceneTest : public ::testing::Test {
-protected:
+public:
     SceneTest() : folder_(::testing::TempDir() + "fluovox_scene_" + std::to_string(::getpid())) {
         std::filesystem::create_directories(folder_);
     }
@@ -83,6 +83,7 @@ protected:
     SceneTest(const SceneTest&) = delete;
     SceneTest& operator=(const SceneTest&) = delete;
 
+protected:
     const std::filesystem::path& folder() const { return folder_; }
     std::filesystem::path write(const std::string& name, const std::string& text) const {
         std::ofstream(folder_ / name, std::ios::binary) << text;

@@ -122,9 +122,12 @@ TEST(Neuron, SwcHasOneRootAndParentsFirst) {
             continue;
         }
         std::istringstream fields(line);
-        int id = 0, part = 0, parent = 0;
-        double x = 0, y = 0, z = 0, radius = 0;
-        ASSERT_TRUE(fields >> id >> part >> x >> y >> z >> radius >> parent) << line;
+        int id = 0;
+        int part = 0;
+        int parent = 0;
+        Vec3 place;
+        double radius = 0;
+        ASSERT_TRUE(fields >> id >> part >> place.x >> place.y >> place.z >> radius >> parent) << line;
         EXPECT_EQ(id, ++expected);
         EXPECT_TRUE(part >= 1 && part <= 5) << line;
         EXPECT_GT(radius, 0) << line;

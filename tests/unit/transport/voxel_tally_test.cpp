@@ -54,7 +54,7 @@ TEST(VoxelLattice, HoldsEachVoxelThatIsNextToAValueAndNoOther) {
         for (int y = -32; y < 32; ++y) {
             for (int z = -56; z < 24; ++z) {
                 const bool is_near = near_a_value(grid, {x, y, z});
-                missing += is_near && voxels.count({x, y, z}) == 0 ? 1 : 0;
+                missing += is_near && !voxels.contains({x, y, z}) ? 1 : 0;
                 found += is_near ? 1 : 0;
             }
         }
@@ -111,7 +111,8 @@ TEST(VoxelTally, FindsBricksThatLieFarApart) {
     EXPECT_NEAR(tally.at({0, 0, 0}, 0), along, 1e-6);
     EXPECT_NEAR(tally.at({kFar, kFar, kFar}, 0), along, 1e-4);
     EXPECT_EQ(tally.at({kFar, kFar + 1, kFar + 1}, 0), 0);
-    EXPECT_EQ(tally.at({kFar / 2, kFar / 2, kFar / 2}, 0), 0);
+    constexpr int kHalfWay = kFar / 2;
+    EXPECT_EQ(tally.at({kHalfWay, kHalfWay, kHalfWay}, 0), 0);
 }
 
 TEST(VoxelTally, LeavesOutWhatHappensFartherAwayThanVoxelsHaveNumbers) {

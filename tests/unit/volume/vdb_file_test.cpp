@@ -56,7 +56,7 @@ protected:
     }
     /// A file as another program would write it.
     fs::path foreign() const {
-        const fs::path file = folder_ / "foreign.vdb";
+        fs::path file = folder_ / "foreign.vdb";
         openvdb::io::File(file.string()).write({ball("EGFP")});
         return file;
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tiffio.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <array>
@@ -36,7 +37,8 @@ std::vector<Sample> label_samples() {
 
 template <class Sample>
 std::string as_bytes(const std::vector<Sample>& samples) {
-    return {reinterpret_cast<const char*>(samples.data()), samples.size() * sizeof(Sample)};
+    const auto* const bytes = reinterpret_cast<const char*>(samples.data());  // NOLINT(*-reinterpret-cast): bytes
+    return {bytes, samples.size() * sizeof(Sample)};
 }
 
 inline std::string contents(const std::filesystem::path& file) {
@@ -55,57 +57,68 @@ struct TiffStyle {
     float pixels_per_unit = 0.0F;
 };
 
+inline void describe_page(TIFF* tiff, const TiffStyle& style, bool first) {
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, kLabelSize[0]);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, kLabelSize[1]);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, style.floats ? 32 : 16);
+    TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, style.floats ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, style.compression);
+    if (style.pixels_per_unit > 0) {
+        TIFFSetField(tiff, TIFFTAG_XRESOLUTION, static_cast<double>(style.pixels_per_unit));
+        TIFFSetField(tiff, TIFFTAG_YRESOLUTION, static_cast<double>(style.pixels_per_unit));
+        TIFFSetField(tiff, TIFFTAG_RESOLUTIONUNIT, RESUNIT_NONE);
+    }
+    if (first && !style.description.empty()) TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, style.description.c_str());
+    if (style.tiles) {
+        TIFFSetField(tiff, TIFFTAG_TILEWIDTH, 16);
+        TIFFSetField(tiff, TIFFTAG_TILELENGTH, 16);
+    } else {
+        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 5);
+    }
+}
+
+template <class Sample>
+void write_rows(TIFF* tiff, int z) {
+    for (int y = 0; y < kLabelSize[1]; ++y) {
+        std::vector<Sample> row;
+        for (int x = 0; x < kLabelSize[0]; ++x)
+            row.push_back(static_cast<Sample>(label_at(x, y, z)));
+        TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0);
+    }
+}
+
+inline void write_tiles(TIFF* tiff, int z) {
+    for (int y = 0; y < kLabelSize[1]; y += 16) {
+        for (int x = 0; x < kLabelSize[0]; x += 16) {
+            std::vector<std::uint16_t> tile;
+            for (int v = y; v < y + 16; ++v)
+                for (int u = x; u < x + 16; ++u)
+                    tile.push_back(u < kLabelSize[0] && v < kLabelSize[1] ? label_at(u, v, z) : std::uint16_t{9});
+            TIFFWriteTile(tiff, tile.data(), static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), 0, 0);
+        }
+    }
+}
+
 /// A stack written by libtiff.
 inline std::string tiff_bytes(const TiffStyle& style) {
-    const auto file = std::filesystem::temp_directory_path() /
-                      ("fluovox_labels_" + std::to_string(reinterpret_cast<std::uintptr_t>(&style)) + ".tif");
+    const auto file =
+        std::filesystem::temp_directory_path() / ("fluovox_labels_" + std::to_string(::getpid()) + ".tif");
     TIFF* const tiff = TIFFOpen(file.c_str(), style.mode);
-    const auto shorts = label_samples<std::uint16_t>();
-    const auto floats = label_samples<float>();
-    const std::size_t page = static_cast<std::size_t>(kLabelSize[0]) * static_cast<std::size_t>(kLabelSize[1]);
     for (int z = 0; z < kLabelSize[2]; ++z) {
-        TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, kLabelSize[0]);
-        TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, kLabelSize[1]);
-        TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, style.floats ? 32 : 16);
-        TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, style.floats ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
-        TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
-        TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
-        TIFFSetField(tiff, TIFFTAG_COMPRESSION, style.compression);
-        if (style.pixels_per_unit > 0) {
-            TIFFSetField(tiff, TIFFTAG_XRESOLUTION, static_cast<double>(style.pixels_per_unit));
-            TIFFSetField(tiff, TIFFTAG_YRESOLUTION, static_cast<double>(style.pixels_per_unit));
-            TIFFSetField(tiff, TIFFTAG_RESOLUTIONUNIT, RESUNIT_NONE);
-        }
-        if (z == 0 && !style.description.empty())
-            TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, style.description.c_str());
+        describe_page(tiff, style, z == 0);
         if (style.tiles) {
-            TIFFSetField(tiff, TIFFTAG_TILEWIDTH, 16);
-            TIFFSetField(tiff, TIFFTAG_TILELENGTH, 16);
+            write_tiles(tiff, z);
+        } else if (style.floats) {
+            write_rows<float>(tiff, z);
         } else {
-            TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 5);
-        }
-        for (int y = 0; y < kLabelSize[1] && !style.tiles; ++y) {
-            const std::size_t row = static_cast<std::size_t>(z) * page + static_cast<std::size_t>(y * kLabelSize[0]);
-            std::vector<std::uint16_t> short_row(shorts.begin() + static_cast<std::ptrdiff_t>(row),
-                                                 shorts.begin() + static_cast<std::ptrdiff_t>(row) + kLabelSize[0]);
-            std::vector<float> float_row(floats.begin() + static_cast<std::ptrdiff_t>(row),
-                                         floats.begin() + static_cast<std::ptrdiff_t>(row) + kLabelSize[0]);
-            void* const samples = style.floats ? static_cast<void*>(float_row.data()) : short_row.data();
-            TIFFWriteScanline(tiff, samples, static_cast<std::uint32_t>(y), 0);
-        }
-        for (int y = 0; y < kLabelSize[1] && style.tiles; y += 16) {
-            for (int x = 0; x < kLabelSize[0]; x += 16) {
-                std::vector<std::uint16_t> tile;
-                for (int v = y; v < y + 16; ++v)
-                    for (int u = x; u < x + 16; ++u)
-                        tile.push_back(u < kLabelSize[0] && v < kLabelSize[1] ? label_at(u, v, z) : std::uint16_t{9});
-                TIFFWriteTile(tiff, tile.data(), static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), 0, 0);
-            }
+            write_rows<std::uint16_t>(tiff, z);
         }
         TIFFWriteDirectory(tiff);
     }
     TIFFClose(tiff);
-    const std::string bytes = contents(file);
+    std::string bytes = contents(file);
     std::filesystem::remove(file);
     return bytes;
 }
@@ -113,7 +126,8 @@ inline std::string tiff_bytes(const TiffStyle& style) {
 inline std::string deflated(const std::string& bytes) {
     std::string out(compressBound(bytes.size()), '\0');
     uLongf size = out.size();
-    compress(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+    const auto* const from = reinterpret_cast<const Bytef*>(bytes.data());      // NOLINT(*-reinterpret-cast): bytes
+    compress(reinterpret_cast<Bytef*>(out.data()), &size, from, bytes.size());  // NOLINT(*-reinterpret-cast): bytes
     out.resize(size);
     return out;
 }

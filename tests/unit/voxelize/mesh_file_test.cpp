@@ -16,7 +16,7 @@ namespace {
 
 template <class T>
 void put(std::string& bytes, T value, bool big_endian) {
-    std::string raw(reinterpret_cast<const char*>(&value), sizeof value);
+    std::string raw(reinterpret_cast<const char*>(&value), sizeof value);  // NOLINT(*-reinterpret-cast): bytes
     if (big_endian != (std::endian::native == std::endian::big)) std::reverse(raw.begin(), raw.end());
     bytes += raw;
 }

@@ -23,12 +23,15 @@ using namespace testing;
 namespace fs = std::filesystem;
 
 class SegmentationFile : public ::testing::Test {
-protected:
+public:
     SegmentationFile() : folder_(fs::temp_directory_path() / ("fluovox_seg_" + std::to_string(::getpid()))) {
         fs::create_directories(folder_);
     }
     ~SegmentationFile() override { fs::remove_all(folder_); }
+    SegmentationFile(const SegmentationFile&) = delete;
+    SegmentationFile& operator=(const SegmentationFile&) = delete;
 
+protected:
     fs::path write(const std::string& name, const std::string& bytes) const {
         std::ofstream(folder_ / name, std::ios::binary) << bytes;
         return folder_ / name;
@@ -228,7 +231,7 @@ TEST_F(SegmentationFile, WhatCannotBeRightIsRefusedWithACure) {
     expect("a.nrrd", nrrd_bytes("raw", "spacings: 16 0 40\n"), "voxels of no volume", {});
     expect("a.nrrd", nrrd_bytes("raw", "spacings: 16 x 40\n"), "\"x\" is not a number", {});
     expect("a.tif", tiff_bytes({}), "does not say how large its voxels are", {});
-    std::vector<float> soft(20U * 17 * 11, 0.5F);
+    std::vector<float> soft(std::size_t{20} * 17 * 11, 0.5F);
     expect("a.nrrd", nrrd_bytes("raw", "", "float", as_bytes(soft)), "is 0.5: labels are whole numbers; threshold");
     TiffStyle channels;
     channels.description = "ImageJ=1.53t\nimages=11\nchannels=11\nunit=um\nspacing=1\n";

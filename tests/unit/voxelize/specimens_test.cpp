@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 
 // Meshes of real neurons, damaged as they come. They lie beside the project; without them these tests are skipped.
 namespace fluovox {
@@ -35,14 +37,15 @@ std::optional<Filled> fill(const std::string& name, int resolution, InsideRule i
     return Filled{solids[0].report, voxelize(solids, settings, progress).report};
 }
 
-#define FILL_OR_SKIP(filled, ...)          \
-    const auto filled = fill(__VA_ARGS__); \
+// It leaves the test that it stands in, as no function can.
+#define FILL_OR_SKIP(filled, ...) /* NOLINT(*-macro-usage) */ \
+    const auto filled = fill(__VA_ARGS__);                    \
     if (!(filled)) GTEST_SKIP() << "no specimen in " << kMeshes
 
 class ClosedSpecimen : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ClosedSpecimen, HoldsItsSignedVolumeAtEveryResolution) {
-    const std::pair<int, double> rows[] = {{64, 0.005}, {256, 0.001}, {1024, 0.0005}};
+    constexpr std::array<std::pair<int, double>, 3> rows = {{{64, 0.005}, {256, 0.001}, {1024, 0.0005}}};
     for (const auto& [resolution, tolerance] : rows) {
         FILL_OR_SKIP(filled, GetParam(), resolution);
         EXPECT_TRUE(filled->mesh.watertight());
