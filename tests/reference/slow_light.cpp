@@ -25,14 +25,6 @@ Coefficients coefficients(const Scene& scene, const SceneMedium& medium, double 
             mean_cosine(medium.phase)};
 }
 
-double amount_at(const Scene& scene, const SceneMedium& medium, Vec3 p) {
-    if (medium.grid) return medium.amount * medium.grid->trilinear(p);
-    for (const int inner : medium.cut_by) {
-        if (contains(scene.media[static_cast<std::size_t>(inner)].region, p)) return 0;
-    }
-    return contains(medium.region, p) ? medium.amount : 0;
-}
-
 // Share of the segment from a to b that is in a box, by cutting it with its six planes.
 double share_in_box(Vec3 min, Vec3 max, Vec3 a, Vec3 b) {
     double from = 0;
@@ -161,6 +153,14 @@ std::vector<Bundle> bundles(const UniformLight& /*light*/, Vec3 /*p*/, int finen
 
 }  // namespace
 
+double amount_at(const Scene& scene, const SceneMedium& medium, Vec3 p) {
+    if (medium.grid) return medium.amount * medium.grid->trilinear(p);
+    for (const int inner : medium.cut_by) {
+        if (contains(scene.media[static_cast<std::size_t>(inner)].region, p)) return 0;
+    }
+    return contains(medium.region, p) ? medium.amount : 0;
+}
+
 double scattering_at(const Scene& scene, Vec3 p, double nm) {
     double total = 0;
     for (const SceneMedium& medium : scene.media)
@@ -244,24 +244,24 @@ double scattered_once(const Scene& scene, const Light& light, const Ray& ray, do
     return total;
 }
 
-double converted_once(const Scene& scene, const Light& light, const Ray& ray, int dye, double excitation_nm,
-                      double emission_nm, const Along& along) {
-    const Dye& it = scene.dyes[static_cast<std::size_t>(dye)];
+double converted_once(const Scene& scene, const Light& light, const Ray& ray, const Conversion& by,
+                      const Along& along) {
+    const Dye& dye = scene.dyes[static_cast<std::size_t>(by.dye)];
     double total = 0;
     double depth = 0;
     const double step = along.end_um / along.steps;
     for (int i = 0; i < along.steps; ++i) {
         const Vec3 p = ray.at((i + 0.5) * step);
-        const double here = extinction_at(scene, p, emission_nm) * step;
+        const double here = extinction_at(scene, p, by.emission_nm) * step;
         double absorbed_per_um = 0;
         for (const SceneMedium& medium : scene.media) {
-            if (medium.dye == dye)
-                absorbed_per_um += amount_at(scene, medium, p) * coefficients(scene, medium, excitation_nm).absorption;
+            if (medium.dye != by.dye) continue;
+            absorbed_per_um += amount_at(scene, medium, p) * coefficients(scene, medium, by.excitation_nm).absorption;
         }
         if (absorbed_per_um > 0) {
-            const double fluence = direct_fluence(scene, light, p, excitation_nm, along.fineness);
-            total += step * it.quantum_yield * absorbed_per_um * fluence * it.emission_per_nm(emission_nm) / (4 * kPi) *
-                     std::exp(-depth - 0.5 * here);
+            const double fluence = direct_fluence(scene, light, p, by.excitation_nm, along.fineness);
+            total += step * dye.quantum_yield * absorbed_per_um * fluence * dye.emission_per_nm(by.emission_nm) /
+                     (4 * kPi) * std::exp(-depth - 0.5 * here);
         }
         depth += here;
     }

@@ -9,6 +9,9 @@
 
 namespace fluovox::reference {
 
+/// Amount of a medium at a point: none where another takes its place.
+double amount_at(const Scene& scene, const SceneMedium& medium, Vec3 p);
+
 /// Scattering, and extinction (scattering and all absorption), per micrometre at a point.
 double scattering_at(const Scene& scene, Vec3 p, double nm);
 double extinction_at(const Scene& scene, Vec3 p, double nm);
@@ -38,8 +41,12 @@ struct Along {
     int fineness = 24;
 };
 double scattered_once(const Scene& scene, const Light& light, const Ray& ray, double nm, const Along& along);
-/// Per nanometre of emission; `dye` is an index into Scene::dyes.
-double converted_once(const Scene& scene, const Light& light, const Ray& ray, int dye, double excitation_nm,
-                      double emission_nm, const Along& along);
+/// From one wavelength to the other, by `dye`, an index into Scene::dyes.
+struct Conversion {
+    int dye = 0;
+    double excitation_nm = 0, emission_nm = 0;
+};
+/// Per nanometre of emission.
+double converted_once(const Scene& scene, const Light& light, const Ray& ray, const Conversion& by, const Along& along);
 
 }  // namespace fluovox::reference

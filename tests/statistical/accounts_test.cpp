@@ -20,7 +20,6 @@ namespace {
 
 using testing::dye_in;
 using testing::host;
-using testing::z_score;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kBall_um = 60;

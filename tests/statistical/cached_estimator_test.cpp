@@ -144,8 +144,8 @@ TEST(CachedEstimator, HasTheTotalOfPlainPathsThatScoreAtCollisions) {
 /// Of the photons of a pencil of light, how many the dye of a grid absorbs, by the cache.
 RunningMean cached_absorption(Scene scene, int renders, std::int64_t photons) {
     RunningMean absorbed;
-    for (int render = 0; render < renders; ++render) {
-        scene.description.render.seed = static_cast<std::uint64_t>(render + 1);
+    for (int render = 1; render <= renders; ++render) {
+        scene.description.render.seed = static_cast<std::uint64_t>(render);
         ExcitationCache cache(scene);
         NoProgress progress;
         cache.fill(photons, 0, progress);

@@ -15,7 +15,6 @@
 namespace fluovox {
 namespace {
 
-using testing::chi_squared_p;
 using testing::kFiveSigma;
 using testing::kolmogorov_smirnov_p;
 

@@ -15,7 +15,6 @@
 namespace fluovox {
 namespace {
 
-using testing::PathRun;
 using testing::RunningMean;
 using testing::z_score;
 
@@ -95,7 +94,7 @@ const Ray kRay{{-20, 3, -80}, normalized({0.25, 0.04, 1})};
 double compare(const Scene& scene, const std::string& name, const Ray& ray, int samples, double tolerance,
                reference::Along along = {180, 6000, 24}) {
     const double truth = testing::photons_of(scene.lights[0]) *
-                         reference::converted_once(scene, scene.lights[0], ray, 0, kLaser_nm, kEmission_nm, along);
+                         reference::converted_once(scene, scene.lights[0], ray, {0, kLaser_nm, kEmission_nm}, along);
     const auto seen = testing::spectral_radiance(scene, testing::ray_from(ray.origin, ray.direction), {kEmission_nm},
                                                  {samples, 61, 1});
     const RunningMean& radiance = seen.mean_converted;

@@ -130,9 +130,10 @@ Numbers of_whole(const Film& film) {
 
 void expect_right_bars(const char* estimator, int runs) {
     Scene scene = milky_cube(estimator);
-    std::vector<Numbers> pixels, whole;
-    for (int run = 0; run < runs; ++run) {
-        scene.description.render.seed = static_cast<std::uint64_t>(run + 1);
+    std::vector<Numbers> pixels;
+    std::vector<Numbers> whole;
+    for (int run = 1; run <= runs; ++run) {
+        scene.description.render.seed = static_cast<std::uint64_t>(run);
         NoProgress progress;
         const Film film = render(scene, progress).film;
         pixels.push_back(of_pixels(film));
@@ -169,9 +170,9 @@ Numbers of_budget(const FluenceResult& result) {
 
 /// Photons in all, and batches: at most 2000 of them; of 500 with a relative error that is never reached.
 struct Batches {
-    std::int64_t photons;
+    std::int64_t photons = 0;
     std::optional<double> relative_error;
-    int runs;
+    int runs = 0;
 };
 
 TEST(ErrorBars, OfFluenceAreItsSpreadOverSeedsHoweverPhotonsAreBatched) {

@@ -8,8 +8,11 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 namespace fluovox::testing {
 namespace {
@@ -149,7 +152,7 @@ TEST(Fluence, EachDyesGridKeepsItsOwnVoxels) {
     light.shape = UniformLight{1};
     light.spectrum.lines = {{kBlue, 1}};
     Scene scene = scene_of({dye_in(cell({}), 0), dye_in(cell(turned), 1), dye_in(cell({}), 1)}, light);
-    const char* names[] = {"one", "two", "three"};
+    const std::array<std::string, 3> names = {"one", "two", "three"};
     for (std::size_t m = 0; m < 3; ++m)
         scene.media[m].name = names[m];
     scene.dyes = {flat_dye(0.05, 400, 490, 500, 510, 0.5), flat_dye(0.02, 400, 490, 500, 510, 0.5)};
@@ -162,7 +165,7 @@ TEST(Fluence, EachDyesGridKeepsItsOwnVoxels) {
     for (const BrickField& grid : result.grids) {
         found.push_back(grid.name);
         for (std::size_t m = 0; m < 3; ++m) {
-            if (grid.name != std::string("absorbed.") + names[m]) continue;
+            if (grid.name != "absorbed." + names[m]) continue;
             EXPECT_EQ(grid.world_from_index.rows[0].x, m == 1 ? 0.8 : 1);
             double watts = 0;
             for (const float value : grid.values)

@@ -191,7 +191,7 @@ TEST(PhotonByPhoton, TheCameraSeesWhatPhotonsFollowedOneByOneShow) {
             sum += seen;
             truth_sum += truth.value;
             error_sum = std::hypot(error_sum, error);
-            glow_twins += std::abs(seen - 1.3 * truth.value) > 5 * error;
+            glow_twins += std::abs(seen - 1.3 * truth.value) > 5 * error ? 1 : 0;
         }
     }
     EXPECT_LT(std::abs(sum - truth_sum), 5 * error_sum);

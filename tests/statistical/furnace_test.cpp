@@ -55,7 +55,7 @@ std::vector<std::pair<const char*, std::vector<SceneMedium>>> shapes() {
                                        host(BoxRegion{{-20, -20, -20}, {20, 40, 20}}, 0.08, 0),
                                        host(blob({}), 0.03, 0, 0.3)};
     nested[0].cut_by = {1};
-    all.push_back({"nested", std::move(nested)});
+    all.emplace_back("nested", std::move(nested));
     return all;
 }
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -35,7 +36,7 @@ double henyey_greenstein_quantile(double u, double g) {
     return 0.5 * (low + high);
 }
 
-constexpr double kAnisotropies[] = {0, 1e-7, 0.05, 0.75, 0.9, 0.999, -0.5, -0.95};
+constexpr std::array kAnisotropies = {0.0, 1e-7, 0.05, 0.75, 0.9, 0.999, -0.5, -0.95};
 
 TEST(HenyeyGreenstein, CosinesFollowTheDensity) {
     constexpr int kBins = 100;

@@ -180,7 +180,6 @@ TEST(Lights, FocusedRaysPointAwayFromTheWaist) {
     const double z = 120;
     const double x = 15;
     RunningMean slope;
-    RunningMean distance;
     for (int n = 0; n < 100000; ++n) {
         const double u1 = rng.uniform();
         const auto sample = sample_light(light, shape.waist + z * kAlong + x * axes.x, u1, rng.uniform());
@@ -268,7 +267,7 @@ TEST(LitSections, DrawWithTheDensityTheySayAndItIntegratesToOne) {
             ++found;
             EXPECT_NEAR(check.integral, 1, 0.02) << "light " << l << ", ray " << r;
             EXPECT_GT(check.p, kFiveSigma) << "light " << l << ", ray " << r;
-            twins += check_section(lights[l], widened(lights[l]), ray, domain, r).p < kFiveSigma;
+            twins += check_section(lights[l], widened(lights[l]), ray, domain, r).p < kFiveSigma ? 1 : 0;
         }
         EXPECT_GT(found, 20) << "light " << l;
         EXPECT_GT(twins, found / 5) << "light " << l;  // a seventh wider shows where the ray crosses all of it

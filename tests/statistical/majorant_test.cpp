@@ -19,7 +19,6 @@ namespace {
 
 using testing::random_affine;
 using testing::random_grid;
-using testing::random_integer;
 using testing::random_ray;
 
 constexpr double kEnd_um = 1500;
@@ -46,7 +45,7 @@ class Notes {
 public:
     explicit Notes(std::vector<Stretch>& stretches) : stretches_(&stretches) {}
 
-    double rest() const { return 0; }
+    static double rest() { return 0; }
     void set_rest(double /*rest*/) {}
     template <class MakeTap>
     bool look(double begin, double end, double bound, const MakeTap& make_tap) {
@@ -58,7 +57,7 @@ public:
         const auto mean = [tap, bound](double t) {
             int kept = 0;
             for (std::uint64_t highest = 0; highest < 256; ++highest)
-                kept += tap.local_bound(tap.at(t), bound, highest << 56U) > 0;
+                kept += tap.local_bound(tap.at(t), bound, highest << 56U) > 0 ? 1 : 0;
             return bound * kept / 256;
         };
         stretches_->push_back({begin, end, local, mean});
@@ -100,7 +99,7 @@ void look_along(const SparseGrid& grid, const Ray& ray, const std::vector<Stretc
                 Findings& found) {
     double before = 0;
     for (const auto& s : segments) {
-        found.disordered += !(s.begin < s.end) || s.begin < before - 1e-9;
+        if (!(s.begin < s.end) || s.begin < before - 1e-9) ++found.disordered;
         before = s.end;
     }
     std::size_t next = 0;
@@ -112,11 +111,13 @@ void look_along(const SparseGrid& grid, const Ray& ray, const std::vector<Stretc
         if (field < 1e-9) continue;  // rays in the plane of the outermost voxels see rounding only
         ++found.points;
         const bool covered = next < segments.size() && t >= segments[next].begin;
-        found.uncovered += !covered;
-        if (!covered) continue;
+        if (!covered) {
+            ++found.uncovered;
+            continue;
+        }
         const double bound = segments[next].bound(t);
-        found.above += field > trust * bound * (1 + 1e-9);
-        if (i % 50 == 0) found.unfair += std::abs(segments[next].mean(t) - trust * bound) > 1e-12 * bound;
+        if (field > trust * bound * (1 + 1e-9)) ++found.above;
+        if (i % 50 == 0 && std::abs(segments[next].mean(t) - trust * bound) > 1e-12 * bound) ++found.unfair;
     }
 }
 
@@ -225,7 +226,7 @@ TEST(PackedValues, KeepTheirPrecisionBesideMuchLargerOnes) {
         double most = 0;
         for (int i = 0; i < 512; ++i) {
             const Voxel v{i >> 6, (i >> 3) & 7, i & 7};
-            const double truth = static_cast<double>(static_cast<float>(value_of(v)));
+            const auto truth = static_cast<double>(static_cast<float>(value_of(v)));
             most = std::max(most, std::abs(static_cast<double>(grid.value(v)) / truth - 1));
         }
         EXPECT_LE(most, precision) << ratio;
@@ -246,7 +247,7 @@ TEST(StochasticTap, AveragesToTheTrilinearField) {
         double squares = 0;
         constexpr int kTaps = 20000;
         for (int k = 0; k < kTaps; ++k) {
-            const double value = static_cast<double>(grid.tap(index, rng.bits()));
+            const auto value = static_cast<double>(grid.tap(index, rng.bits()));
             sum += value;
             squares += value * value;
         }
@@ -260,7 +261,7 @@ TEST(StochasticTap, AveragesToTheTrilinearField) {
         EXPECT_LT(std::abs(mean - truth), 5 * error);
         // Half a voxel off, the commonest mistake.
         const double shifted = grid.trilinear(grid.world_from_index().point(index + Vec3{0.5, 0, 0}));
-        failing_twins += std::abs(mean - shifted) > 5 * error;
+        failing_twins += std::abs(mean - shifted) > 5 * error ? 1 : 0;
     }
     EXPECT_EQ(tested, 40);
     EXPECT_GT(failing_twins, 30);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -71,11 +72,11 @@ Failures against_emva(const std::vector<Point>& points, const Sensor& sensor, do
             std::abs(line.intercept - (read * read + 1.0 / 12)) / line.intercept_error};
 }
 
-constexpr double kLevels[] = {0, 20, 60, 150, 400, 900, 2000};  // photons
+constexpr std::array kLevels = {0.0, 20.0, 60.0, 150.0, 400.0, 900.0, 2000.0};  // photons
 
 std::vector<Point> transfer_curve(const Sensor& sensor) {
     std::vector<Point> points;
-    for (std::size_t level = 0; level < std::size(kLevels); ++level) {
+    for (std::size_t level = 0; level < kLevels.size(); ++level) {
         points.push_back(measure([&](std::uint64_t pixel) {
             return expose(sensor, {kLevels[level], sensor.quantum_efficiency, 0}, {7, level, pixel}).count;
         }));

@@ -17,7 +17,9 @@ struct Image {
     int width = 0, height = 0;
     std::vector<double> values;
 
-    double at(int x, int y) const { return values[static_cast<std::size_t>(y * width + x)]; }
+    double at(int x, int y) const {
+        return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+    }
 };
 
 Image render_text(const std::string& text, const std::vector<std::string>& overrides = {}) {

@@ -76,6 +76,7 @@ protected:
         return most;
     }
 
+private:
     fs::path folder_;
 };
 

@@ -78,7 +78,8 @@ void add_furnaces(std::vector<Case>& cases) {
 
 /// Voxels of dye, turned and sheared, under one light: radiance along a ray over its integral.
 Case voxel_ray_case(const std::string& name, decltype(Light::shape) shape) {
-    constexpr double kLaser_nm = 480, kEmission_nm = 555;
+    constexpr double kLaser_nm = 480;
+    constexpr double kEmission_nm = 555;
     Affine map;
     map.rows = {Vec3{1.6, 0.5, 0.1}, Vec3{-0.6, 1.7, 0.2}, Vec3{0.2, -0.3, 1.8}};
     map.offset = {2, 4, 1};
@@ -103,7 +104,7 @@ Case voxel_ray_case(const std::string& name, decltype(Light::shape) shape) {
         constexpr int kRuns = 24;
         const double truth =
             testing::photons_of(scene.lights[0]) *
-            reference::converted_once(scene, scene.lights[0], ray, 0, kLaser_nm, kEmission_nm, {180, 6000, 1});
+            reference::converted_once(scene, scene.lights[0], ray, {0, kLaser_nm, kEmission_nm}, {180, 6000, 1});
         return mean_of_runs_at_once(kRuns, seed, [&](std::uint64_t run) {
             const testing::PathRun settings{static_cast<int>(samples / kRuns), run, 1};
             return testing::spectral_radiance(scene, testing::ray_from(ray.origin, ray.direction), {kEmission_nm},
