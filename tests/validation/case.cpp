@@ -75,7 +75,10 @@ std::string Outcome::precision() const {
 }
 
 Outcome run(const Case& what, std::uint64_t seed) {
-    constexpr double kPilot = 20000, kLeast = 50000, kMost = 3e7, kSpare = 1.15;
+    constexpr double kPilot = 20000;
+    constexpr double kLeast = 50000;
+    constexpr double kMost = 3e7;
+    constexpr double kSpare = 1.15;
     const auto begin = std::chrono::steady_clock::now();
     Outcome outcome;
     outcome.what = &what;

@@ -177,7 +177,8 @@ Scene lopsided(bool from_below, bool dye, bool swapped) {
 /// What comes out of the other face for light from one, less that for light from the other; of a dye's light, as a
 /// share of what the dye gives back.
 Case reciprocity_case(bool dye) {
-    constexpr int kBottom = 4, kTop = 5;
+    constexpr int kBottom = 4;
+    constexpr int kTop = 5;
     Case result;
     result.name = dye ? "reciprocity: fluorescence through a lopsided body less that from behind, wavelengths exchanged"
                       : "reciprocity: light through a lopsided body less that from behind";
@@ -213,7 +214,8 @@ double e2(double x) {
 
 /// Light out of the front of a clear slab of dye, over its concentration: straight, then saturating.
 Case brightness_case(double concentration) {
-    constexpr double kYield = 0.8, kAbsorbsItself = 0.1;
+    constexpr double kYield = 0.8;
+    constexpr double kAbsorbsItself = 0.1;
     Scene scene = scene_of({dye_in(SlabRegion{2, 0, 1}, 0, concentration)}, normal_pencil({0, 0, -1e-3}));
     Dye dye = testing::flat_dye(1, 400, 490, 500, 600, kYield);
     const double peak = dye.molar_absorption_per_M_cm.max();

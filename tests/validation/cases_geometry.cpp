@@ -106,7 +106,8 @@ Case point_case(const std::vector<std::string>& row) {
 /// The van de Hulst slab as a wide grid of voxels. Its answer depends on the optical depth alone, which trilinear
 /// voxels have exactly, so voxel size does not matter; 60 free paths of width are as good as infinite.
 Case voxel_slab(const std::string& name, double angle, double majorant_factor, std::size_t measure) {
-    constexpr double kThick = 0.25, kWide = 0.5;
+    constexpr double kThick = 0.25;
+    constexpr double kWide = 0.5;
     Affine voxels;
     const double c = std::cos(angle);
     const double s = std::sin(angle);

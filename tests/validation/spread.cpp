@@ -13,7 +13,9 @@ Spread spread_of(const Case& what, const SpreadSettings& settings) {
     const auto fixed = static_cast<std::int64_t>(settings.share * static_cast<double>(what.fixed));
     const std::int64_t count = what.fixed > 0 ? std::max<std::int64_t>(2, fixed) : settings.photons;
     Spread spread;
-    testing::RunningMean values, told, deviations;
+    testing::RunningMean values;
+    testing::RunningMean told;
+    testing::RunningMean deviations;
     for (int run = 0; run < settings.runs; ++run) {
         const Outcome outcome{&what, estimate_of(what, count, settings.seed + static_cast<std::uint64_t>(run)), 0, 0};
         values.add(outcome.got.value);
