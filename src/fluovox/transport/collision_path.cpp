@@ -2,6 +2,7 @@
 
 #include "fluovox/medium/phase_function.h"
 #include "fluovox/transport/endless.h"
+#include "fluovox/transport/roulette.h"
 #include "fluovox/volume/region.h"
 
 #include <fmt/format.h>
@@ -16,15 +17,6 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kSphere_sr = 4 * std::numbers::pi;
-
-// Roulette: false when the path ends; else its weight makes up for those that did.
-bool goes_on(double& weight, Rng& rng) {
-    constexpr double kFaint = 0.05;
-    if (weight >= kFaint) return true;
-    if (rng.uniform() * kFaint >= weight) return false;
-    weight = kFaint;
-    return true;
-}
 
 bool holds(const Bounds& outer, const Bounds& inner) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -48,7 +40,7 @@ std::span<const double> CollisionPaths::sample(int pixel, std::int64_t sample) {
 void CollisionPaths::trace(Ray ray, Rng& rng) {
     double weight = 1;
     Lanes likeness;
-    while (goes_on(weight, rng)) {
+    while (survives(weight, kFaintPath, rng)) {
         field_.gather(ray, spans_);
         const auto hit = field_.sample_scattering(ray, spans_, optics_, rng, likeness);
         if (!hit) return;
@@ -92,7 +84,7 @@ double CollisionPaths::fluence(Vec3 position, const Excitation& excitation, Rng&
     double weight = kSphere_sr;
     Ray ray{position, sample_isotropic(rng)};
     Lanes likeness;
-    while (goes_on(weight, rng)) {
+    while (survives(weight, kFaintPath, rng)) {
         field_.gather(ray, spans_);
         const auto hit = field_.sample_scattering(ray, spans_, exciting_, rng, likeness);
         if (!hit) {

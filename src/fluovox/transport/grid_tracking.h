@@ -1,6 +1,7 @@
 #pragma once
 
 #include "fluovox/core/rng.h"
+#include "fluovox/transport/roulette.h"
 
 #include <cmath>
 #include <cstdint>
@@ -124,10 +125,9 @@ public:
             const double value = counted_tap(tap, place, local, bits, *counts_);
             if (value <= 0) continue;
             left_ *= 1 - value / local;
-            if (left_ >= dim_) continue;
-            const bool survives = rng_->uniform() * dim_ < left_;
-            left_ = survives ? dim_ : 0;
-            if (!survives) return true;
+            if (survives(left_, dim_, *rng_)) continue;
+            left_ = 0;
+            return true;
         } while (depth_.ends_within(majorant * (end - t)));
         return false;
     }

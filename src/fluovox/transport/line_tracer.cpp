@@ -2,6 +2,7 @@
 
 #include "fluovox/medium/phase_function.h"
 #include "fluovox/transport/path_tracer.h"
+#include "fluovox/transport/roulette.h"
 #include "fluovox/volume/region.h"
 
 #include <algorithm>
@@ -25,17 +26,6 @@ double length_before(const Interval& span, double end_um) {
 // Absorption is a factor at collisions, where little is lost by it.
 bool is_folded(const PathOptics::MediumLanes& lanes) {
     return lanes.scattering[0] > 0.5 * lanes.extinction[0];
-}
-
-// Roulette where a path is worth little: false when it ends; else it stands for those that did. Earlier, as absorption
-// would have it, is a little quicker where light comes back to where it came from, and many times slower where it comes
-// through.
-bool survives(double& beta, Rng& rng) {
-    constexpr double kFaint = 0.05;
-    if (beta >= kFaint) return true;
-    if (rng.uniform() * kFaint >= beta) return false;
-    beta = kFaint;
-    return true;
 }
 
 // True where the light has the same strength and a single direction all over the box.
@@ -338,7 +328,7 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
         if (beta <= 0) break;
         total += beta * scattered_here(path, flight, plan, rng);
 
-        if (!survives(beta, rng)) break;
+        if (!survives(beta, kFaintPath, rng)) break;
         turn(path, flight, rng);
         path.dim = plan.dim_later;
     }

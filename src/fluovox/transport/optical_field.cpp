@@ -135,8 +135,7 @@ PlainWalk OpticalField::plain_walk(int medium, const Ray& ray, Interval span) co
 
 template <class Walk>
 void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most, Rng& rng, Lanes& transmittance) {
-    // Below this the rest is decided by roulette: the expectation stays, the walk through the dark ends.
-    constexpr double kDim = 1e-3;
+    constexpr double kDim = 1e-3;  // the walk through the dark ends
     typename Walk::Segment segment;
     ExponentialDistance depth(rng);
     while (walk.next(segment)) {
@@ -156,13 +155,9 @@ void OpticalField::ratio_track(Walk walk, const Lanes& coefficient, double most,
             if (share == 0) continue;
             for (int k = 0; k < coefficient.count(); ++k)
                 transmittance[k] *= 1 - share * coefficient[k];
-            const double left = transmittance.max();
-            if (left >= kDim) continue;
-            if (rng.uniform() * kDim >= left) {
-                transmittance = Lanes(coefficient.count());
-                return;
-            }
-            transmittance *= kDim / left;
+            if (survives(transmittance, kDim, rng)) continue;
+            transmittance = Lanes(coefficient.count());
+            return;
         }
     }
 }

@@ -1,6 +1,7 @@
 #include "fluovox/transport/path_tracer.h"
 
 #include "fluovox/medium/phase_function.h"
+#include "fluovox/transport/roulette.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,16 +16,6 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 // light flies against `to_light` and then against the ray.
 double scattering_cosine(Vec3 to_light, Vec3 ray_direction) {
     return dot(to_light, ray_direction);
-}
-
-// Roulette: false when the path ends; else what it is worth makes up for those that did.
-bool survives(Lanes& beta, Rng& rng) {
-    constexpr double kFaint = 0.05;
-    const double worth = beta.max();
-    if (worth >= kFaint) return true;
-    if (rng.uniform() * kFaint >= worth) return false;
-    beta *= kFaint / worth;
-    return true;
 }
 
 }  // namespace
@@ -164,7 +155,7 @@ bool PathTracer::go_on(Stretch& path, const PathTask& task, Level& level, Rng& r
     path.beta *= field_.transmittance(path.ray, level.spans, vertex->at.t_um, optics, Loss::Absorption, rng);
     if (path.scatterings != PathTask::kNoLimit) --path.scatterings;
     if (wants_light) add_lights_at(path, *vertex, task, level, rng, result);
-    if (!survives(path.beta, rng)) return false;
+    if (!survives(path.beta, kFaintPath, rng)) return false;
 
     const PhaseFunction& phase = scene_->media[static_cast<std::size_t>(vertex->at.medium)].phase;
     const double cosine = sample_phase_cosine(phase, rng.uniform());

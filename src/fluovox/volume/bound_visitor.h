@@ -47,7 +47,7 @@ public:
     }
 
 private:
-    // Tentative collisions worth the steps through the blocks of a brick, or through all of the grid.
+    // Tentative collisions worth the steps through the grid.
     static constexpr double kFew = 0.12;
     // Where a brick has more than these, and so many would be thinned out, walking its blocks is quicker.
     static constexpr double kMany = 2;

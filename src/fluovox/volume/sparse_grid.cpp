@@ -13,7 +13,10 @@ namespace {
 
 // Between the eight voxels around an index-space position.
 template <class ValueOf>
-double interpolated(Vec3 p, const ValueOf& value_of) {
+double interpolated(Vec3 position, const ValueOf& value_of) {
+    constexpr double kFar = 1 << 30;  // beyond all grids
+    const auto clamped = [&](double x) { return std::clamp(x, -kFar, kFar); };
+    const Vec3 p{clamped(position.x), clamped(position.y), clamped(position.z)};
     const Vec3 base{std::floor(p.x), std::floor(p.y), std::floor(p.z)};
     const Vec3 w = p - base;
     double total = 0;
