@@ -44,14 +44,20 @@ Matrix operator*(const Matrix& a, const Matrix& b) {
     return c;
 }
 
+/// The row from `k` on with the largest entry in column `k`.
+std::size_t pivot_row(const Matrix& a, std::size_t k) {
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < a.size(); ++i) {
+        if (std::abs(a(i, k)) > std::abs(a(pivot, k))) pivot = i;
+    }
+    return pivot;
+}
+
 /// a^-1 b, by elimination with the largest pivot.
 Matrix solve(Matrix a, Matrix b) {
     const std::size_t n = a.size();
     for (std::size_t k = 0; k < n; ++k) {
-        std::size_t pivot = k;
-        for (std::size_t i = k + 1; i < n; ++i) {
-            if (std::abs(a(i, k)) > std::abs(a(pivot, k))) pivot = i;
-        }
+        const std::size_t pivot = pivot_row(a, k);
         for (std::size_t j = 0; j < n; ++j) {
             std::swap(a(k, j), a(pivot, j));
             std::swap(b(k, j), b(pivot, j));

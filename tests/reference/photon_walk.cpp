@@ -30,6 +30,13 @@ double amount_at(const SceneMedium& medium, Vec3 p) {
     return contains(medium.region, p) ? medium.amount : 0;
 }
 
+struct Photon {
+    Vec3 place, direction;
+    double nm = 0;
+    int conversions = 0, scatterings = 0;
+    bool touched = false;  // by anything since its start
+};
+
 enum class Fate { Scattered, TakenByDye, TakenByHost };
 
 struct Event {
@@ -38,27 +45,31 @@ struct Event {
     const SceneMedium* medium = nullptr;
 };
 
+// What one medium does at `p` to a photon that drew `u`, from which it takes its coefficients; nothing when they are
+// less.
+std::optional<Fate> fate_in(const Scene& scene, const SceneMedium& medium, Vec3 p, double nm, double& u) {
+    const double amount = amount_at(medium, p);
+    if (amount <= 0) return std::nullopt;
+    if (medium.dye >= 0) {
+        const Dye& dye = scene.dyes[static_cast<std::size_t>(medium.dye)];
+        u -= amount * std::log(10.0) * dye.molar_absorption_per_M_cm(nm) * 1e-10;
+        return u < 0 ? std::optional(Fate::TakenByDye) : std::nullopt;
+    }
+    u -= amount * coefficient_per_um(medium.scattering, nm);
+    if (u < 0) return Fate::Scattered;
+    u -= amount * coefficient_per_um(medium.absorption, nm);
+    return u < 0 ? std::optional(Fate::TakenByHost) : std::nullopt;
+}
+
 // The next event, or nothing when the photon leaves the ball.
-std::optional<Event> next_event(const Scene& scene, Vec3 from, Vec3 direction, double nm, double ball_um, double most,
-                                Dice& dice) {
-    Vec3 p = from;
+std::optional<Event> next_event(const Scene& scene, const Photon& photon, const WalkSettings& settings, Dice& dice) {
+    Vec3 p = photon.place;
     for (;;) {
-        p = p - std::log(1 - one(dice)) / most * direction;
-        if (length(p) > ball_um && dot(p, direction) > 0) return std::nullopt;
-        double u = one(dice) * most;
+        p = p - std::log(1 - one(dice)) / settings.most_per_um * photon.direction;
+        if (length(p) > settings.ball_um && dot(p, photon.direction) > 0) return std::nullopt;
+        double u = one(dice) * settings.most_per_um;
         for (const SceneMedium& medium : scene.media) {
-            const double amount = amount_at(medium, p);
-            if (amount <= 0) continue;
-            if (medium.dye >= 0) {
-                const Dye& dye = scene.dyes[static_cast<std::size_t>(medium.dye)];
-                u -= amount * std::log(10.0) * dye.molar_absorption_per_M_cm(nm) * 1e-10;
-                if (u < 0) return Event{p, Fate::TakenByDye, &medium};
-                continue;
-            }
-            u -= amount * coefficient_per_um(medium.scattering, nm);
-            if (u < 0) return Event{p, Fate::Scattered, &medium};
-            u -= amount * coefficient_per_um(medium.absorption, nm);
-            if (u < 0) return Event{p, Fate::TakenByHost, &medium};
+            if (const auto fate = fate_in(scene, medium, p, photon.nm, u)) return Event{p, *fate, &medium};
         }
     }
 }
@@ -81,6 +92,46 @@ int pixel_of(const Camera& camera, Vec3 p, Vec3 direction) {
     return static_cast<int>(y) * camera.width + static_cast<int>(x);
 }
 
+void count_escaped(const Photon& photon, const Camera& camera, const WalkSettings& settings, WalkCounts& counts) {
+    const bool glow = photon.conversions > 0;
+    (glow ? counts.escaped_as_glow : counts.escaped_as_laser) += 1;
+    const bool filmed = !glow || (photon.nm >= settings.film_from_nm && photon.nm <= settings.film_to_nm);
+    if (!photon.touched || !filmed) return;
+    const int pixel = pixel_of(camera, photon.place, photon.direction);
+    if (pixel >= 0) (glow ? counts.glow_in_pixel : counts.laser_in_pixel)[static_cast<std::size_t>(pixel)] += 1;
+}
+
+// Does to the photon what the event says; false where that is its end.
+bool survives(const Event& event, const Scene& scene, const WalkSettings& settings, Photon& photon, Dice& dice,
+              WalkCounts& counts) {
+    photon.place = event.place;
+    photon.touched = true;
+    if (event.fate == Fate::Scattered) {
+        if (++photon.scatterings > settings.scatterings) return false;
+        photon.direction = scattered(photon.direction, mean_cosine(event.medium->phase), dice);
+        return true;
+    }
+    if (event.fate == Fate::TakenByHost) {
+        counts.absorbed_by_host += 1;
+        return false;
+    }
+    counts.absorbed_by_dye += 1;
+    const Dye& dye = scene.dyes[static_cast<std::size_t>(event.medium->dye)];
+    if (photon.conversions == settings.orders || one(dice) >= dye.quantum_yield) return false;
+    counts.reemitted += 1;
+    ++photon.conversions;
+    photon.nm = dye.emission_per_nm.sample(one(dice));
+    photon.direction = any_direction(dice);
+    return true;
+}
+
+void follow(Photon photon, const Scene& scene, const WalkSettings& settings, Dice& dice, WalkCounts& counts) {
+    while (const auto event = next_event(scene, photon, settings, dice)) {
+        if (!survives(*event, scene, settings, photon, dice, counts)) return;
+    }
+    count_escaped(photon, scene.description.camera, settings, counts);
+}
+
 }  // namespace
 
 WalkCounts::Radiance WalkCounts::radiance(const Camera& camera, double hits) const {
@@ -92,7 +143,7 @@ WalkCounts::Radiance WalkCounts::radiance(const Camera& camera, double hits) con
 
 WalkCounts walk(const Scene& scene, const Launch& launch, const WalkSettings& settings) {
     const Camera& camera = scene.description.camera;
-    const auto pixels = static_cast<std::size_t>(camera.width * camera.height);
+    const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
     WalkCounts counts;
     counts.launched = static_cast<double>(settings.photons);
     counts.laser_in_pixel.assign(pixels, 0);
@@ -100,41 +151,7 @@ WalkCounts walk(const Scene& scene, const Launch& launch, const WalkSettings& se
     Dice dice(settings.seed);
     for (std::int64_t n = 0; n < settings.photons; ++n) {
         const Ray start = launch(dice);
-        Vec3 p = start.origin;
-        Vec3 direction = start.direction;
-        double nm = settings.laser_nm;
-        int conversions = 0;
-        int scatterings = 0;
-        bool touched = false;
-        for (;;) {
-            const auto event = next_event(scene, p, direction, nm, settings.ball_um, settings.most_per_um, dice);
-            if (!event) {
-                (conversions > 0 ? counts.escaped_as_glow : counts.escaped_as_laser) += 1;
-                const bool filmed = conversions == 0 || (nm >= settings.film_from_nm && nm <= settings.film_to_nm);
-                const int pixel = touched && filmed ? pixel_of(camera, p, direction) : -1;
-                auto& image = conversions > 0 ? counts.glow_in_pixel : counts.laser_in_pixel;
-                if (pixel >= 0) image[static_cast<std::size_t>(pixel)] += 1;
-                break;
-            }
-            p = event->place;
-            touched = true;
-            if (event->fate == Fate::Scattered) {
-                if (++scatterings > settings.scatterings) break;
-                direction = scattered(direction, mean_cosine(event->medium->phase), dice);
-                continue;
-            }
-            if (event->fate == Fate::TakenByHost) {
-                counts.absorbed_by_host += 1;
-                break;
-            }
-            counts.absorbed_by_dye += 1;
-            const Dye& dye = scene.dyes[static_cast<std::size_t>(event->medium->dye)];
-            if (conversions == settings.orders || one(dice) >= dye.quantum_yield) break;
-            counts.reemitted += 1;
-            ++conversions;
-            nm = dye.emission_per_nm.sample(one(dice));
-            direction = any_direction(dice);
-        }
+        follow({start.origin, start.direction, settings.laser_nm}, scene, settings, dice, counts);
     }
     return counts;
 }

@@ -116,12 +116,13 @@ std::vector<testing::RunningMean> means(Scene scene, const char* estimator, int 
         const Film film = render(scene, quiet).film;
         const auto layers = static_cast<int>(film.layers().size());
         all.resize(film.values_per_sample());
+        auto value = all.begin();
         for (int layer = 0; layer < layers; ++layer) {
             for (int c = 0; c < film.channels(); ++c) {
                 double sum = 0;
                 for (int pixel = 0; pixel < film.pixels(); ++pixel)
                     sum += film.mean(layer, pixel, c);
-                all[static_cast<std::size_t>(layer * film.channels() + c)].add(sum);
+                (value++)->add(sum);
             }
         }
     }
@@ -141,8 +142,9 @@ TEST(Estimators, FromTheCameraAndFromTheLightsAgreeOnEverythingAtOnce) {
         const double error = std::hypot(path[i].standard_error(), light[i].standard_error());
         // 24 seeds: the spread itself is uncertain, six standard errors of it are the five of a known one.
         EXPECT_LE(std::abs(path[i].mean - light[i].mean), 6 * error) << "value " << i;
-        compared += path[i].mean > 0;
-        twins += path[i].mean > 0 && std::abs(1.25 * path[i].mean - light[i].mean) > 6 * error;
+        if (!(path[i].mean > 0)) continue;
+        ++compared;
+        if (std::abs(1.25 * path[i].mean - light[i].mean) > 6 * error) ++twins;
     }
     EXPECT_GE(compared, 30);
     EXPECT_GT(twins, compared / 2);

@@ -140,8 +140,9 @@ TEST(ThinDye, HasTheSpectrumOfItsEmission) {
         // The twin: photons are not watts.
         EXPECT_GT(distance(seen.value, mean_over_bins([&](double nm) { return dye.emission_per_nm(nm); })), 0.01);
         const double irradiance = testing::photons_of(scene.lights[0]) / (kPi * kWide_um * kWide_um);
-        expect_spectrum(seen, in_watts([&](double nm) { return irradiance * returned(scene, 0, laser_nm, nm); }), 0.02,
-                        name);
+        const auto truth =
+            in_watts([&, laser = laser_nm](double nm) { return irradiance * returned(scene, 0, laser, nm); });
+        expect_spectrum(seen, truth, 0.02, name);
     }
 }
 
@@ -151,7 +152,8 @@ TEST(ThickDye, IsReddenedByItselfAsAnIntegralOverDepthSays) {
         scene.description.render.samples = 500000;
         const double irradiance = testing::photons_of(scene.lights[0]) / (kPi * kWide_um * kWide_um);
         const Spectra seen = rendered(scene, kFluorescenceLayer);
-        const auto truth = in_watts([&](double nm) { return irradiance * returned(scene, 0, laser_nm, nm); });
+        const auto truth =
+            in_watts([&, laser = laser_nm](double nm) { return irradiance * returned(scene, 0, laser, nm); });
         expect_spectrum(seen, truth, 0.05, name);
         EXPECT_LT(distance(seen.value, truth), 0.01) << name;
         const Dye dye = library_dye(name);

@@ -269,7 +269,9 @@ Case beads_case(bool straight, const std::shared_ptr<PlotBook>& plots) {
 
 /// A ball as a region, or in voxels of size h that hold the share of them that is inside.
 Estimate absorbed_in_ball(double h, std::int64_t photons, std::uint64_t seed) {
-    constexpr double kRadius_um = 4, kScattering = 0.5, kAbsorption = 0.1;
+    constexpr double kRadius_um = 4;
+    constexpr double kScattering = 0.5;
+    constexpr double kAbsorption = 0.1;
     SceneMedium ball = testing::host(SphereRegion{{0, 0, 0}, kRadius_um}, kScattering, kAbsorption, 0.5);
     if (h > 0) {
         Affine map;
@@ -278,8 +280,10 @@ Estimate absorbed_in_ball(double h, std::int64_t photons, std::uint64_t seed) {
             constexpr int kFine = 8;
             int inside = 0;
             for (int i = 0; i < kFine * kFine * kFine; ++i) {
-                const Vec3 at{(i % kFine + 0.5) / kFine - 0.5, (i / kFine % kFine + 0.5) / kFine - 0.5,
-                              (i / kFine / kFine + 0.5) / kFine - 0.5};
+                const int row = i / kFine;
+                const int layer = row / kFine;
+                const Vec3 at{(i % kFine + 0.5) / kFine - 0.5, (row % kFine + 0.5) / kFine - 0.5,
+                              (layer + 0.5) / kFine - 0.5};
                 inside += length(h * (Vec3{1.0 * v.x, 1.0 * v.y, 1.0 * v.z} + at)) < kRadius_um ? 1 : 0;
             }
             return 1.0 * inside / (kFine * kFine * kFine);

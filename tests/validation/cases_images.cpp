@@ -15,6 +15,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <string>
 #include <utility>
@@ -31,7 +32,9 @@ constexpr double kPerM2 = 1e12;  // of what is per um2
 /// Clear fluorescent solution in a cell of 1 x 1 x 1, lit by a sheet along x and seen along y from beside: what a
 /// window in the middle collects of parallel rays, over what it would without inner filters (Parker & Barnes 1957).
 Case cell_case(const char* estimator, double absorbance_x, double absorbance_m) {
-    constexpr double kYield = 0.9, kWidth = 0.6, kThick = 0.1;
+    constexpr double kYield = 0.9;
+    constexpr double kWidth = 0.6;
+    constexpr double kThick = 0.1;
     const double mx = std::numbers::ln10 * absorbance_x;
     const double mm = std::numbers::ln10 * absorbance_m;
     const BoxRegion cell{{0, 0, 0}, {1, 1, 1}};
@@ -70,7 +73,8 @@ struct Filtered {
     std::vector<double> expected;  // in each bin
 
     Filtered(const char* dye_name, double laser_nm, double uM, double from_nm, double to_nm) {
-        constexpr double kDepth_um = 1e4, kField_um = 1e3;
+        constexpr double kDepth_um = 1e4;
+        constexpr double kField_um = 1e3;
         const Dye dye = find_dye(dye_name)->dye;
         BeamLight beam;
         beam.position = beam.waist = {0, 0, -1};
@@ -134,7 +138,8 @@ double mean_nm(const std::vector<double>& bins, double from_nm) {
 }
 
 Case red_shift_case() {
-    constexpr double kFrom = 490, kTo = 650;
+    constexpr double kFrom = 490;
+    constexpr double kTo = 650;
     const Filtered thin("EGFP", 480, 1e-3, kFrom, kTo);
     const Filtered thick("EGFP", 480, 20, kFrom, kTo);
     const double thin_nm = mean_nm(thin.expected, kFrom);
@@ -202,16 +207,14 @@ Case unmix_case(bool second) {
             const std::vector<double> first_alone = spectrum(scene_with(1e-3, 0), samples, run);
             const std::vector<double> second_alone = spectrum(scene_with(0, 1e-3), samples, run);
             // Least squares for two unknowns.
-            double aa = 0, ab = 0, bb = 0, am = 0, bm = 0;
-            for (std::size_t i = 0; i < mixed.size(); ++i) {
-                const double a = first_alone[i];
-                const double b = second_alone[i];
-                aa += a * a;
-                ab += a * b;
-                bb += b * b;
-                am += a * mixed[i];
-                bm += b * mixed[i];
-            }
+            const auto product = [](const std::vector<double>& u, const std::vector<double>& v) {
+                return std::inner_product(u.begin(), u.end(), v.begin(), 0.0);
+            };
+            const double aa = product(first_alone, first_alone);
+            const double ab = product(first_alone, second_alone);
+            const double bb = product(second_alone, second_alone);
+            const double am = product(first_alone, mixed);
+            const double bm = product(second_alone, mixed);
             const double det = aa * bb - ab * ab;
             return 1e-3 * (second ? aa * bm - ab * am : bb * am - ab * bm) / det;
         });
@@ -333,7 +336,9 @@ Case cube_total_case(const char* layer) {
 /// probabilities of nature until some of them happen to fly into the camera: code that shares nothing with the program.
 Case plain_photons_case() {
     constexpr int kRuns = 24;
-    constexpr double kLaser_nm = 488, kBall_um = 300, kMost_per_um = 0.033;
+    constexpr double kLaser_nm = 488;
+    constexpr double kBall_um = 300;
+    constexpr double kMost_per_um = 0.033;
     Scene scene = lit_cube();
     scene.description.camera.width = scene.description.camera.height = 2;
     scene.description.film.unit = FilmUnit::Photons;
