@@ -3,8 +3,8 @@
 #include "fluovox/core/bounds.h"
 #include "fluovox/core/error.h"
 #include "fluovox/specimen/solids.h"
+#include "fluovox/volume/vdb_internal.h"
 
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
 #include <algorithm>
@@ -87,7 +87,7 @@ Mesh triangles_of(const std::vector<openvdb::Vec3s>& points, const std::vector<o
 
 Mesh skin_on(const std::vector<RoundCone>& pieces, const Lattice& lattice) {
     constexpr float kOutside_um = 1e3F;
-    const auto grid = FloatGrid::create(kOutside_um);
+    const auto grid = new_grid<FloatGrid>(kOutside_um);
     auto distances = grid->getAccessor();
     for (const RoundCone& piece : pieces)
         melt_in(piece, lattice, distances);

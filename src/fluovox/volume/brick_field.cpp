@@ -2,8 +2,6 @@
 
 #include "fluovox/volume/vdb_internal.h"
 
-#include <openvdb/openvdb.h>
-
 #include <memory>
 #include <utility>
 
@@ -12,7 +10,7 @@ namespace {
 
 openvdb::FloatGrid::Ptr grid_of(const BrickField& field) {
     using Leaf = openvdb::FloatTree::LeafNodeType;
-    auto grid = openvdb::FloatGrid::create(0.0F);
+    auto grid = new_grid<openvdb::FloatGrid>();
     for (std::size_t b = 0; b < field.bricks.size(); ++b) {
         const Voxel& origin = field.bricks[b];
         auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0F, false);
@@ -40,7 +38,6 @@ openvdb::FloatGrid::Ptr grid_of(const BrickField& field) {
 }  // namespace
 
 void save_brick_fields(const std::filesystem::path& file, const std::vector<BrickField>& fields) {
-    initialize_openvdb();
     std::vector<openvdb::GridBase::Ptr> grids;
     grids.reserve(fields.size());
     for (const BrickField& field : fields)

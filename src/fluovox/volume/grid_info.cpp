@@ -82,11 +82,10 @@ std::optional<double> concentration_scale(const std::string& unit) {
     }
 }
 
-template <class Grid>
-Bounds active_bounds_um(const Grid& grid, double um) {
+Bounds active_bounds_um(const openvdb::GridBase& grid, double um) {
     openvdb::CoordBBox box;
     Bounds bounds;
-    if (!grid.tree().evalActiveVoxelBoundingBox(box)) return bounds;
+    if (!grid.baseTree().evalActiveVoxelBoundingBox(box)) return bounds;
     for (int corner = 0; corner < 8; ++corner) {
         openvdb::Vec3d index;
         for (int axis = 0; axis < 3; ++axis)
@@ -102,8 +101,8 @@ void inspect_labels(const Grid& grid, GridInfo& info) {
     const double um = length_scale(info.metadata.length_unit);
     info.voxel_size_um = um * to_vec3(grid.voxelSize());
     info.bbox_um = active_bounds_um(grid, um);
-    info.memory_bytes = grid.memUsage();
-    info.active_voxels = grid.activeVoxelCount();
+    info.memory_bytes = grid.baseTree().memUsage();
+    info.active_voxels = grid.baseTree().activeVoxelCount();
     LabelStatistics found;
     std::unordered_set<std::int64_t> labels;
     std::int64_t last = 0;  // neighbours mostly have the same
@@ -136,7 +135,7 @@ GridInfo inspect_grid(const openvdb::FloatGrid& grid) {
     const double um = length_scale(info.metadata.length_unit);
     info.voxel_size_um = um * to_vec3(grid.voxelSize());
     info.bbox_um = active_bounds_um(grid, um);
-    info.memory_bytes = grid.memUsage();
+    info.memory_bytes = grid.baseTree().memUsage();
     const std::optional<double> uM = concentration_scale(info.metadata.value_unit);
     info.has_concentrations = uM.has_value();
     const Statistics found = active_statistics(grid);

@@ -78,7 +78,7 @@ std::vector<Projection> project_grids(const std::filesystem::path& file, int mos
         if (!entry.readable) continue;
         auto grid = load_any_float_grid(file, entry.name);
         openvdb::CoordBBox box;
-        if (!grid->tree().evalActiveVoxelBoundingBox(box)) continue;
+        if (!grid->baseTree().evalActiveVoxelBoundingBox(box)) continue;
         all.expand(box);
         grids.push_back(grid);
     }

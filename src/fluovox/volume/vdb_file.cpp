@@ -129,7 +129,7 @@ struct BadValues {
 BadValues find_bad_values(const openvdb::FloatGrid& grid) {
     using Leaf = openvdb::FloatTree::LeafNodeType;
     std::vector<const Leaf*> leaves;
-    leaves.reserve(grid.tree().leafCount());
+    leaves.reserve(grid.baseTree().leafCount());
     grid.tree().getNodes(leaves);
     BadValues bad = tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, leaves.size(), 256), BadValues{},

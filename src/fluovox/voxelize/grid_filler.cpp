@@ -21,7 +21,7 @@ using Leaf = openvdb::FloatTree::LeafNodeType;
 class GridFiller {
 public:
     GridFiller(const BlockLattice& lattice, const VoxelizeSettings& settings)
-        : lattice_(lattice), settings_(settings), grid_(openvdb::FloatGrid::create(0.0F)), tree_(grid_->tree()) {
+        : lattice_(lattice), settings_(settings), grid_(new_grid<openvdb::FloatGrid>()), tree_(grid_->tree()) {
         using openvdb::math::Transform;
         grid_->setTransform(Transform::createLinearTransform(settings.voxel_size_um));
         grid_->transform().postTranslate(openvdb::Vec3d(settings.voxel_size_um / 2));
@@ -102,9 +102,10 @@ private:
             const auto i = static_cast<std::size_t>(axis);
             share[i] = {one ? high - low : box.min()[axis] + 1 - low, one ? 1 : high - box.max()[axis]};
         }
-        grid_->clip(box);
+        openvdb::GridBase& grid = *grid_;
+        grid.clip(box);
         openvdb::CoordBBox filled;
-        if (!tree_.tree().evalActiveVoxelBoundingBox(filled)) return;
+        if (!grid.baseTree().evalActiveVoxelBoundingBox(filled)) return;
         for (int axis = 0; axis < 3; ++axis) {
             for (std::size_t side = 0; side < 2; ++side) {
                 const double kept = share[static_cast<std::size_t>(axis)][side];
@@ -205,7 +206,7 @@ VoxelizedGrid fill_grid(const BlockLattice& lattice, const VoxelizeSettings& set
                                tbb::make_filter<std::vector<FilledTile>, void>(filter_mode::serial_in_order, put));
     if (settings.inside == InsideRule::Flood && !progress.stopped()) filler.add(flood.enclosed());
     auto grid = filler.finish();
-    report.voxels = grid->activeVoxelCount();
+    report.voxels = grid->baseTree().activeVoxelCount();
     if (settings.inside == InsideRule::Flood || settings.clip_um)
         report.volume_um3 = voxel_um3 * filled_voxels(*grid) / settings.value;
     if (report.voxels == 0 && !progress.stopped()) {

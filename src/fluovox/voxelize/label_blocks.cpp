@@ -2,6 +2,7 @@
 
 #include "fluovox/core/error.h"
 #include "fluovox/core/version.h"
+#include "fluovox/volume/vdb_internal.h"
 
 #include <fmt/format.h>
 #include <openvdb/tools/Count.h>
@@ -110,7 +111,8 @@ void put(Tree& tree, Addition<Leaf>& addition) {
 /// 32 bits a label where they do.
 openvdb::GridBase::Ptr narrowed(const openvdb::Int64Grid::Ptr& labels) {
     if (openvdb::tools::minMax(labels->tree()).max() > std::numeric_limits<std::int32_t>::max()) return labels;
-    const auto narrow = openvdb::Int32Grid::create(std::make_shared<openvdb::Int32Tree>(labels->tree()));
+    const auto narrow = new_grid<openvdb::Int32Grid>();
+    narrow->tree().root() = labels->tree().root();
     narrow->setTransform(labels->transformPtr());
     narrow->openvdb::MetaMap::operator=(*labels);
     return narrow;
@@ -124,11 +126,11 @@ LabelSlab::LabelSlab(std::int64_t width, std::int64_t height)
 BlockFiller::BlockFiller(const std::vector<BlockGrid>& grids, double max_bytes) : max_bytes_(max_bytes) {
     for (const BlockGrid& grid : grids) {
         if (grid.dye.empty()) {
-            labels_ = openvdb::Int64Grid::create(0);
+            labels_ = new_grid<openvdb::Int64Grid>();
             continue;
         }
         dyes_.push_back(grid.dye);
-        floats_.push_back(openvdb::FloatGrid::create(0.0F));
+        floats_.push_back(new_grid<openvdb::FloatGrid>());
         floats_.back()->setGridClass(openvdb::GRID_FOG_VOLUME);
     }
 }

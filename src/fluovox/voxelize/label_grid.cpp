@@ -1,6 +1,7 @@
 #include "fluovox/voxelize/label_grid.h"
 
 #include "fluovox/core/version.h"
+#include "fluovox/volume/vdb_internal.h"
 
 #include <openvdb/tools/Prune.h>
 
@@ -8,8 +9,8 @@ namespace fluovox {
 
 LabelGrid::LabelGrid(double voxel_um, OverlapRule rule)
     : rule_(rule),
-      labels_(openvdb::Int32Grid::create(0)),
-      shares_(openvdb::FloatGrid::create(0.0F)),
+      labels_(new_grid<openvdb::Int32Grid>()),
+      shares_(new_grid<openvdb::FloatGrid>()),
       label_at_(labels_->getAccessor()),
       share_at_(shares_->getAccessor()) {
     labels_->setName("labels");

@@ -32,7 +32,7 @@ DyeGrid load_levelset_as_dye(const std::filesystem::path& file, const std::strin
     openvdb::tools::prune(grid->tree());
     grid->transform().postScale(um_per_unit);
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-    if (grid->activeVoxelCount() == 0) throw InputError(file.string() + ": nothing is inside the level set");
+    if (grid->baseTree().activeVoxelCount() == 0) throw InputError(file.string() + ": nothing is inside the level set");
     return DyeGrid(std::make_shared<DyeGrid::Impl>(DyeGrid::Impl{grid}));
 }
 

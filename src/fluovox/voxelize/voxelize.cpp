@@ -1,7 +1,6 @@
 #include "fluovox/voxelize/voxelize.h"
 
 #include "fluovox/core/error.h"
-#include "fluovox/volume/vdb_internal.h"
 #include "fluovox/voxelize/block_lattice.h"
 #include "fluovox/voxelize/capsule_merge.h"
 #include "fluovox/voxelize/capsule_tile.h"
@@ -149,7 +148,6 @@ std::pair<double, double> capsule_span(const Capsule& capsule, double low, doubl
 }  // namespace
 
 VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSettings& settings, Progress& progress) {
-    initialize_openvdb();
     Bounds bounds;
     double bytes = 0;
     for (const SolidMesh& solid : solids) {
@@ -169,7 +167,6 @@ VoxelizedGrid voxelize(const std::vector<SolidMesh>& solids, const VoxelizeSetti
 
 VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickness_um,
                              const VoxelizeSettings& settings, Progress& progress) {
-    initialize_openvdb();
     // Sheets half a voxel apart at most, along the normals.
     const int sheets = std::max(1, static_cast<int>(std::ceil(2 * thickness_um / settings.voxel_size_um)));
     Mesh layers;
@@ -193,7 +190,6 @@ VoxelizedGrid voxelize_shell(const std::vector<SolidMesh>& solids, double thickn
 
 VoxelizedGrid voxelize_capsules(const std::vector<Capsule>& capsules, const VoxelizeSettings& settings,
                                 Progress& progress) {
-    initialize_openvdb();
     MergedCapsules merged = merge_capsules(capsules, settings.voxel_size_um);
     std::vector<Capsule>& placed = merged.capsules;
     Bounds bounds;

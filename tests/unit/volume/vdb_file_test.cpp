@@ -29,7 +29,7 @@ protected:
 
     /// A ball of 3 umol/L with soft edges and a tile inside.
     static openvdb::FloatGrid::Ptr ball(const std::string& name) {
-        auto grid = openvdb::FloatGrid::create(0.0F);
+        auto grid = new_grid<openvdb::FloatGrid>();
         grid->setName(name);
         grid->setGridClass(openvdb::GRID_FOG_VOLUME);
         grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
@@ -75,7 +75,7 @@ TEST_F(VdbFile, GivesBackWhatWasSaved) {
     set_grid_metadata(*grid, {"EGFP", "umol/L", "um", "cell.ply", "00ff", "0.1.0"});
     save_grids(folder_ / "a.vdb", {grid, ball("DAPI")});
     const auto back = load_float_grid(folder_ / "a.vdb", "EGFP");
-    EXPECT_EQ(back->activeVoxelCount(), grid->activeVoxelCount());
+    EXPECT_EQ(back->baseTree().activeVoxelCount(), grid->baseTree().activeVoxelCount());
     EXPECT_EQ(back->tree().getValue({-8, 3, 4}), grid->tree().getValue({-8, 3, 4}));
     EXPECT_EQ(grid_metadata(*back).dye, "EGFP");
     EXPECT_EQ(grid_metadata(*back).source_sha256, "00ff");
@@ -94,7 +94,7 @@ TEST_F(VdbFile, ReadsHalfFloatsAndEveryCompression) {
             out.setCompression(static_cast<std::uint32_t>(compression));
             out.write(openvdb::GridPtrVec{grid});
             const auto back = load_float_grid(folder_ / "a.vdb", "");
-            EXPECT_EQ(back->activeVoxelCount(), grid->activeVoxelCount()) << compression << half;
+            EXPECT_EQ(back->baseTree().activeVoxelCount(), grid->baseTree().activeVoxelCount()) << compression << half;
             EXPECT_EQ(list_grids(folder_ / "a.vdb").at(0).half, half);
         }
     }
@@ -199,9 +199,9 @@ TEST_F(VdbFile, CountsValuesThatAreNoConcentrationsAndSaysWhereTheFirstIs) {
 }
 
 TEST_F(VdbFile, RefusesOtherValueTypesByName) {
-    const auto grid = openvdb::DoubleGrid::create(0.0);
+    const auto grid = new_grid<openvdb::DoubleGrid>();
     grid->setName("density");
-    save_grids(folder_ / "a.vdb", {grid, openvdb::Int32Grid::create(0)});
+    save_grids(folder_ / "a.vdb", {grid, new_grid<openvdb::Int32Grid>()});
     EXPECT_NE(message([&] { load_float_grid(folder_ / "a.vdb", "density"); }).find("double"), std::string::npos);
     EXPECT_EQ(list_grids(folder_ / "a.vdb").at(1).value_type, "int32");
 }
@@ -307,7 +307,7 @@ TEST_F(VdbFile, OfATileBeyondAnySpecimenTheCureIsARegion) {
 
 TEST_F(VdbFile, ABackgroundFinerThanAGridIsPackedIsRead) {
     for (const float background : {1e-6F, 2e-5F, 1e-4F, 1e-3F}) {
-        auto grid = openvdb::FloatGrid::create(background);
+        auto grid = new_grid<openvdb::FloatGrid>(background);
         grid->setName("EGFP");
         auto values = grid->getAccessor();
         for (int i = 0; i < 512; ++i)  // just below the background, also in the first layers
@@ -407,7 +407,7 @@ TEST_F(VdbFile, AFailedWriteLeavesTheOldFile) {
 }
 
 TEST_F(VdbFile, StatisticsCountTilesAndGiveTheAmountOfSubstance) {
-    auto grid = openvdb::FloatGrid::create(0.0F);
+    auto grid = new_grid<openvdb::FloatGrid>();
     grid->setName("EGFP");
     grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
     grid->sparseFill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(15)), 4.0F, true);
