@@ -128,7 +128,7 @@ std::uint16_t SparseGridBuilder::pack_block(const float* values, int block, Spar
     std::size_t stored = 0;
     for (std::size_t i = 0; i < 64; ++i) {
         const bool is_set = of_block[i] > 0;
-        mask |= std::uint64_t{is_set} << i;
+        mask |= (is_set ? std::uint64_t{1} : 0) << i;
         codes[stored] = codes[i];
         stored += is_set ? 1 : 0;
     }
@@ -213,7 +213,7 @@ void SparseGridBuilder::set_node_box(SparseGrid& grid) const {
 }
 
 // The node that holds a brick.
-std::size_t SparseGridBuilder::ensure_node(SparseGrid& grid, Voxel place) const {
+std::size_t SparseGridBuilder::ensure_node(SparseGrid& grid, Voxel place) {
     const int i = (place.x >> 2) - grid.node_min_.x;
     const int j = (place.y >> 2) - grid.node_min_.y;
     const int k = (place.z >> 2) - grid.node_min_.z;
@@ -294,7 +294,7 @@ void SparseGridBuilder::raise_bounds(const SparseGrid& grid, const Cell& cell,
     }
 }
 
-void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds) const {
+void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds) {
     const auto largest = [](const std::array<float, 8>& of_brick) {
         return *std::max_element(of_brick.begin(), of_brick.end());
     };

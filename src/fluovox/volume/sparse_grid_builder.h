@@ -36,10 +36,10 @@ private:
     std::uint16_t constant(float value);
     std::uint16_t pack_block(const float* values, int block, SparseGrid::Brick& brick);
     void set_node_box(SparseGrid& grid) const;
-    std::size_t ensure_node(SparseGrid& grid, Voxel place) const;
+    static std::size_t ensure_node(SparseGrid& grid, Voxel place);
     void place_bricks(SparseGrid& grid) const;
     void raise_bounds(const SparseGrid& grid, const Cell& cell, std::vector<std::array<float, 8>>& bounds) const;
-    void set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds) const;
+    static void set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds);
     void set_occupied_box(SparseGrid& grid) const;
     void set_directory(SparseGrid& grid) const;
 

@@ -23,10 +23,10 @@ class FileBuffer : public std::streambuf {
 public:
     explicit FileBuffer(const std::filesystem::path& file) : piece_(kPiece) {
         file_.pubsetbuf(nullptr, 0);
-        is_open_ = file_.open(file, std::ios::in | std::ios::binary) != nullptr;
+        file_.open(file, std::ios::in | std::ios::binary);
     }
 
-    bool is_open() const { return is_open_; }
+    bool is_open() const { return file_.is_open(); }
 
 protected:
     int_type underflow() override {
@@ -54,7 +54,6 @@ private:
     static constexpr std::streamsize kPiece = 1 << 20;
 
     std::filebuf file_;
-    bool is_open_ = false;
     std::vector<char> piece_;
     off_type end_ = 0;  // of the piece, in the file
 };
