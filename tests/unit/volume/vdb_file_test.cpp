@@ -101,7 +101,7 @@ TEST_F(VdbFile, ReadsHalfFloatsAndEveryCompression) {
 }
 
 TEST_F(VdbFile, AFileOfManyPiecesIsReadAsTheLibraryReadsIt) {
-    auto grid = openvdb::FloatGrid::create(0.0F);
+    auto grid = new_grid<openvdb::FloatGrid>();
     grid->setName("EGFP");
     Rng random(4, 5, 6);
     auto values = grid->getAccessor();
@@ -121,7 +121,7 @@ TEST_F(VdbFile, AFileOfManyPiecesIsReadAsTheLibraryReadsIt) {
         in.open();
         const auto expected = openvdb::gridPtrCast<openvdb::FloatGrid>(in.readGrid("EGFP"));
         const auto read = load_float_grid(file, "EGFP");
-        ASSERT_EQ(read->activeVoxelCount(), expected->activeVoxelCount());
+        ASSERT_EQ(read->baseTree().activeVoxelCount(), expected->baseTree().activeVoxelCount());
         auto other = expected->getConstAccessor();
         for (auto value = read->cbeginValueOn(); value; ++value)
             ASSERT_EQ(*value, other.getValue(value.getCoord())) << value.getCoord();
@@ -130,12 +130,13 @@ TEST_F(VdbFile, AFileOfManyPiecesIsReadAsTheLibraryReadsIt) {
 
 TEST_F(VdbFile, AGridThatSharesTheTreeOfAnotherIsRead) {
     const auto grid = ball("EGFP");
-    const auto shared = openvdb::gridPtrCast<openvdb::FloatGrid>(grid->copyGrid());  // shares the tree
+    const auto shared =
+        openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb::GridBase::Ptr(grid)->copyGrid());  // shares the tree
     shared->setName("DAPI");
     shared->setTransform(openvdb::math::Transform::createLinearTransform(0.25));
     openvdb::io::File((folder_ / "shared.vdb").string()).write({grid, shared});
     const auto read = load_float_grid(folder_ / "shared.vdb", "DAPI");
-    EXPECT_EQ(read->activeVoxelCount(), grid->activeVoxelCount());
+    EXPECT_EQ(read->baseTree().activeVoxelCount(), grid->baseTree().activeVoxelCount());
     EXPECT_EQ(read->tree().getValue({-8, 3, 4}), 3.0F);
     EXPECT_DOUBLE_EQ(read->voxelSize().x(), 0.25);
     EXPECT_EQ(read->getName(), "DAPI");
@@ -345,7 +346,7 @@ TEST_F(VdbFile, VoxelsAtBothEndsOfAllNumbersAreRefusedToo) {
 }
 
 TEST_F(VdbFile, VoxelsAtBothEndsOfAllNumbersAreProjectedIntoAPictureOfTheSizeAskedFor) {
-    auto grid = openvdb::FloatGrid::create(0.0F);
+    auto grid = new_grid<openvdb::FloatGrid>();
     grid->setName("EGFP");
     grid->tree().setValue({1 << 30, 0, 3}, 1.0F);
     grid->tree().setValue({-(1 << 30), 1 << 30, 3}, 2.0F);
@@ -362,7 +363,7 @@ TEST_F(VdbFile, VoxelsAtBothEndsOfAllNumbersAreProjectedIntoAPictureOfTheSizeAsk
 }
 
 TEST_F(VdbFile, LabelsAreNobodysWhereTheTreeHasNoPlaces) {
-    auto grid = openvdb::Int32Grid::create(0);
+    auto grid = new_grid<openvdb::Int32Grid>();
     grid->setName("labels");
     grid->setTransform(openvdb::math::Transform::createLinearTransform(1e-3));
     grid->tree().setValue({1000, 0, 0}, 7);
