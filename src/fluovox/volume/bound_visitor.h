@@ -87,7 +87,7 @@ private:
         return {grid_, &origin_, &direction_, first, brick, thinning};
     }
 
-    // Along z, as many cameras look: the levels of a column lie side by side, and empty bricks are passed by eights.
+    // Along z, as many cameras look: the levels of a column lie in order, and empty bricks are passed by fours.
     template <class Tracking>
     void through_column(Tracking& tracking) const {
         const BrickDirectory& directory = grid_->directory_;
