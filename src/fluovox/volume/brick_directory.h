@@ -1,11 +1,12 @@
 #pragma once
 
+#include "fluovox/core/huge_pages.h"
+
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <vector>
 
 namespace fluovox {
 
@@ -55,7 +56,7 @@ private:
         return (((tops >> 7U) & 0x01010101U) * 0x01010101U) >> 24U;
     }
 
-    std::vector<Run> runs_;
+    HugePageVector<Run> runs_;
 };
 
 inline std::size_t BrickDirectory::next_filled(std::size_t place, std::size_t end) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "fluovox/core/bounds.h"
+#include "fluovox/core/huge_pages.h"
 #include "fluovox/core/vec.h"
 #include "fluovox/volume/bound_levels.h"
 #include "fluovox/volume/brick_directory.h"
@@ -233,8 +234,8 @@ private:
     // Columns along z in the directory begin where nodes do, so that a run of places lies in one node.
     std::size_t places_in_column_ = 0, first_in_column_ = 0;
     BoundLevels levels_;
-    std::vector<Brick> bricks_;
-    std::vector<std::uint16_t> codes_;    // per block: its mask (4 words), then the voxels that are not zero
+    HugePageVector<Brick> bricks_;
+    HugePageVector<std::uint16_t> codes_;  // per block: its mask (4 words), then the voxels that are not zero
     std::vector<float> constants_ = {0};  // [0] is the background
     Bounds bounds_;
     double max_ = 0;

@@ -424,8 +424,8 @@ SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t
     grid.active_voxels_ = active_voxels;
     grid.constants_ = {background_};
     grid.constants_.insert(grid.constants_.end(), constants_.begin(), constants_.end());
-    codes_.shrink_to_fit();
-    grid.codes_ = std::move(codes_);
+    grid.codes_.assign(codes_.begin(), codes_.end());
+    std::vector<std::uint16_t>().swap(codes_);
 
     set_node_box(grid);
     place_bricks(grid);
