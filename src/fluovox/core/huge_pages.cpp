@@ -12,7 +12,9 @@ namespace {
 
 constexpr std::size_t kHugePage = std::size_t{1} << 21U;
 
-bool is_large(std::size_t bytes) { return bytes >= kHugePage; }
+bool is_large(std::size_t bytes) {
+    return bytes >= kHugePage;
+}
 
 std::size_t in_whole_pages(std::size_t bytes) {
     static const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));

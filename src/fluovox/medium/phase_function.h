@@ -27,7 +27,7 @@ inline double henyey_greenstein(double cosine, double g) {
 inline double sample_henyey_greenstein_cosine(double g, double u) {
     const double x = 2 * u - 1;
     const double numerator = x + 0.5 * g * (x * x + 3) + g * g * x + 0.5 * g * g * g * (x * x - 1);
-    return std::fmin(1, std::fmax(-1, numerator / ((1 + g * x) * (1 + g * x))));
+    return std::clamp(numerator / ((1 + g * x) * (1 + g * x)), -1.0, 1.0);
 }
 
 /// The unit vector at that cosine and an azimuth (`u` uniform in [0, 1)) around `axis`.

@@ -7,12 +7,12 @@ namespace fluovox {
 /// 1 - exp(-depth), without the cost of expm1 where a few terms of its series are as exact.
 inline double absorbed_share(double depth) {
     if (depth > 0.03) return -std::expm1(-depth);
-    constexpr double kThird = 1.0 / 3;
-    constexpr double kFifth = 1.0 / 5;
-    constexpr double kSixth = 1.0 / 6;
-    constexpr double kSeventh = 1.0 / 7;
-    const double inner = 1 - depth * 0.25 * (1 - depth * kFifth * (1 - depth * kSixth * (1 - depth * kSeventh)));
-    return depth * (1 - depth * 0.5 * (1 - depth * kThird * inner));
+    // By pairs of terms: the processor works them out side by side.
+    const double square = depth * depth;
+    const double first = 1 - 0.5 * depth;
+    const double second = 1.0 / 6 - (1.0 / 24) * depth;
+    const double third = 1.0 / 120 - (1.0 / 720) * depth + (1.0 / 5040) * square;
+    return depth * (first + square * (second + square * third));
 }
 
 /// -log(1 - share), the depth that absorbs this share, likewise.

@@ -54,7 +54,7 @@ class BudgetSink {
 public:
     BudgetSink(const Scene& scene, const PhotonSpace& space, const BudgetLayout& layout,
                std::vector<VoxelTally>& voxels)
-        : scene_(&scene), bounds_(space.bounds()), layout_(layout), voxels_(&voxels) {
+        : scene_(&scene), bounds_(space.bounds()), layout_(layout), size_(layout.size()), voxels_(&voxels) {
         for (const SceneMedium& medium : scene.media) {
             if (medium.grid) grid_boxes_.emplace_back(BoxRegion{medium.grid->bounds().min, medium.grid->bounds().max});
         }
@@ -62,6 +62,9 @@ public:
 
     /// Row of sums: photons of both classes, watts per photon/s of both classes, those that met a medium, path.
     void start_batch(std::vector<double>& row) { row_ = row.data(); }
+    void finish_batch() {
+        row_[path_and_met_at(size_)] = row_[met_at(size_)] + row_[path_at(size_)] / path_unit_um(bounds_);
+    }
     void launched(const Photon& photon, std::uint64_t seed, std::uint64_t number) {
         set_class(photon);
         add(BudgetLayout::kLaunched, photon.weight);
@@ -107,11 +110,12 @@ public:
     void cut(const Photon& /*photon*/, double weight) { add(BudgetLayout::kCut, weight); }
     void vertex(const Photon& /*photon*/, int /*medium*/) {}
 
-    static std::size_t row_size(const BudgetLayout& layout) { return 4 * layout.size() + 3; }
-    static std::size_t met_at(const BudgetLayout& layout) { return 4 * layout.size(); }
-    static std::size_t path_at(const BudgetLayout& layout) { return 4 * layout.size() + 1; }
+    /// Places in a row, for a layout of that size.
+    static std::size_t row_size(std::size_t size) { return 4 * size + 3; }
+    static std::size_t met_at(std::size_t size) { return 4 * size; }
+    static std::size_t path_at(std::size_t size) { return 4 * size + 1; }
     /// Both together, the path in sizes of the box: from the three variances follows the covariance.
-    static std::size_t path_and_met_at(const BudgetLayout& layout) { return 4 * layout.size() + 2; }
+    static std::size_t path_and_met_at(std::size_t size) { return 4 * size + 2; }
     static double path_unit_um(const Bounds& bounds) {
         const double size = length(bounds.size());
         return std::isfinite(size) && size > 0 ? size : 1;
@@ -126,27 +130,25 @@ private:
 
     void set_class(const Photon& photon) {
         emission_ = photon.order > 0;
-        class_row_ = row_ + (emission_ ? layout_.size() : 0);
+        class_row_ = row_ + (emission_ ? size_ : 0);
         energy_ = photon_energy_J(photon.wavelength_nm);
         relative_energy_ = kVoxelReference_nm / photon.wavelength_nm;
     }
     void add(std::size_t at, double weight) {
         class_row_[at] += weight;
-        class_row_[2 * layout_.size() + at] += weight * energy_;
+        class_row_[2 * size_ + at] += weight * energy_;
     }
     // In media: within regions, or within the box of a grid.
     void add_path(const Photon& photon, const Flight& flight, const Zone& zone) {
         const double length = zone.inside != 0 ? flight.length_um : length_in_grids(flight);
         if (!met_ && (length > 0 || photon.refractions > 0)) {
             met_ = true;
-            row_[met_at(layout_)] += 1;
-            row_[path_and_met_at(layout_)] += 1;
+            row_[met_at(size_)] += 1;
         }
         double path = length > 0 ? flight.weight * length : 0;
         if (zone.absorption > 0) path = flight.lost / zone.absorption;
         if (!std::isfinite(path)) return;
-        row_[path_at(layout_)] += path;
-        row_[path_and_met_at(layout_)] += path / path_unit_um(bounds_);
+        row_[path_at(size_)] += path;
     }
     double length_in_grids(const Flight& flight) const {
         double length = 0;
@@ -180,6 +182,7 @@ private:
     const Scene* scene_;
     Bounds bounds_;
     BudgetLayout layout_;
+    std::size_t size_;
     std::vector<VoxelTally>* voxels_;
     std::vector<Region> grid_boxes_;
     mutable std::vector<Interval> chords_;
@@ -243,7 +246,7 @@ public:
           space_(scene),
           source_(scene, space_),
           layout_(scene.media.size(), scene.dyes.size(), settings.angle_bins),
-          means_(BudgetSink::row_size(layout_)) {
+          means_(BudgetSink::row_size(layout_.size())) {
         limits_.orders = scene.description.render.fluorescence_orders.value_or(kAllOrders);
         if (scene.description.render.max_scatterings) {
             limits_.scatterings = *scene.description.render.max_scatterings;
@@ -367,7 +370,7 @@ private:
     std::int64_t end_of(std::int64_t batch) const { return std::min((batch + 1) * batch_, settings_.photons); }
 
     void trace_batch(Worker& worker, std::int64_t batch, std::vector<double>& row, Progress& progress) const {
-        row.assign(BudgetSink::row_size(layout_), 0);
+        row.assign(BudgetSink::row_size(layout_.size()), 0);
         worker.sink.start_batch(row);
         for (std::int64_t n = batch * batch_; n < end_of(batch) && !progress.stopped(); ++n) {
             const auto number = static_cast<std::uint64_t>(n);
@@ -376,6 +379,7 @@ private:
             worker.sink.launched(photon, settings_.seed, number);
             worker.tracer.follow(photon, rng, worker.sink);
         }
+        worker.sink.finish_batch();
         for (std::size_t part = 0; part < 4; ++part)
             layout_.complete(row.data() + part * layout_.size());
         progress.advance(end_of(batch) - batch * batch_);
@@ -392,7 +396,7 @@ private:
         result.photons = done_;
         const std::vector<Estimate> shares = means_.estimates(1);
         result.share = budgets(shares, 0);
-        result.met_a_medium = shares[BudgetSink::met_at(layout_)];
+        result.met_a_medium = shares[BudgetSink::met_at(layout_.size())];
         result.mean_path_um = mean_path_um(shares);
         result.watts = budgets(means_.estimates(source_.photons_per_s()), 1);
         result.precise = precise_ || !settings_.relative_error;
@@ -407,13 +411,13 @@ private:
 
     // Of photons that met a medium: a ratio of two sums.
     Estimate mean_path_um(const std::vector<Estimate>& shares) const {
-        const Estimate& met = shares[BudgetSink::met_at(layout_)];
-        const Estimate& path = shares[BudgetSink::path_at(layout_)];
+        const Estimate& met = shares[BudgetSink::met_at(layout_.size())];
+        const Estimate& path = shares[BudgetSink::path_at(layout_.size())];
         if (!(met.value > 0)) return {};
         const double unit = BudgetSink::path_unit_um(space_.bounds());
         const double path_variance = std::pow(path.standard_error / unit, 2);
         const double met_variance = std::pow(met.standard_error, 2);
-        const double both = std::pow(shares[BudgetSink::path_and_met_at(layout_)].standard_error, 2);
+        const double both = std::pow(shares[BudgetSink::path_and_met_at(layout_.size())].standard_error, 2);
         const double covariance = 0.5 * (both - path_variance - met_variance);
         const double ratio = path.value / unit / met.value;
         const double variance = path_variance + ratio * ratio * met_variance - 2 * ratio * covariance;

@@ -137,6 +137,13 @@ PhotonSpace::Crossing PhotonSpace::next_crossing(const Ray& ray, Inside inside) 
     return nearest;
 }
 
+double PhotonSpace::clearance(Vec3 position_um) const {
+    double nearest = kFar;
+    for (const Surface& surface : surfaces_)
+        nearest = std::min(nearest, fluovox::clearance(surface.region, position_um));
+    return nearest;
+}
+
 Vec3 PhotonSpace::normal(Inside changed, Vec3 position_um) const {
     // Of surfaces that coincide, the one with an index gives the shape.
     const Surface* shape = nullptr;

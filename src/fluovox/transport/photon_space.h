@@ -34,6 +34,8 @@ public:
     Inside inside_at(const Ray& ray) const;
     /// The next surface, or several that coincide.
     Crossing next_crossing(const Ray& ray, Inside inside) const;
+    /// A distance within which there is no surface in any direction; infinite where there are none.
+    double clearance(Vec3 position_um) const;
     /// Unit normal of the surfaces crossed.
     Vec3 normal(Inside changed, Vec3 position_um) const;
     /// That of the innermost region that has one; 1 outside.

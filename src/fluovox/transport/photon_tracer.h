@@ -120,6 +120,7 @@ private:
     };
 
     void trace(Photon& photon, Rng& rng, Sink& sink) {
+        clear_um_ = 0;
         int idle = 0;  // surfaces met in a row without scattering or absorption
         while (photon.weight > 0) {
             const Zone& zone = media_.zone(photon.inside);
@@ -143,9 +144,11 @@ private:
 
     // To the next scattering (true) or surface (false), whatever lies between.
     bool fly(Photon& photon, const Zone& zone, Rng& rng, Sink& sink) {
-        const PhotonSpace::Crossing crossing = space_->next_crossing(photon.ray, photon.inside);
-        survey_if_wanted(photon, zone, crossing.t_um, rng, sink);
+        survey_if_wanted(photon, zone, rng, sink);
         const double scatter_t = zone.scattering > 0 ? rng.exponential() / zone.scattering : kFar;
+        const bool is_clear = scatter_t < clear_um_;
+        PhotonSpace::Crossing crossing{kFar, 0};
+        if (!is_clear) crossing = space_->next_crossing(photon.ray, photon.inside);
         start_grids(photon.ray, std::min(crossing.t_um, scatter_t), rng);
         double t = 0;
         for (;;) {
@@ -162,20 +165,24 @@ private:
             if (grid != nullptr && end == collision) {
                 if (!collide(photon, *grid, t, rng, sink)) continue;
                 if (photon.weight > 0) scatter(photon, grid->medium, t, rng, sink);
+                clear_um_ -= t;
                 return true;
             }
             if (end == scatter_t) {
                 scatter(photon, scatterer(zone, rng), t, rng, sink);
+                clear_um_ = is_clear ? clear_um_ - t : space_->clearance(photon.ray.origin);
                 return true;
             }
+            clear_um_ = 0;
             cross(photon, crossing, zone, rng);
             return false;
         }
     }
 
-    void survey_if_wanted(const Photon& photon, const Zone& zone, double length_um, Rng& rng, Sink& sink) {
+    void survey_if_wanted(const Photon& photon, const Zone& zone, Rng& rng, Sink& sink) {
         if constexpr (requires { sink.surveys(photon); }) {
-            if (sink.surveys(photon)) survey(photon, zone, length_um, rng, sink);
+            if (sink.surveys(photon))
+                survey(photon, zone, space_->next_crossing(photon.ray, photon.inside).t_um, rng, sink);
         }
     }
 
@@ -438,6 +445,7 @@ private:
     std::vector<int> grids_;
     std::vector<GridEvents> events_;
     Conversion conversion_;
+    double clear_um_ = 0;  // no surface is as near to the photon: a flight that ends within it needs none looked for
     std::int64_t bound_violations_ = 0;
     std::int64_t scatterings_ = 0;
 };

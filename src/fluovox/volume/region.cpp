@@ -126,6 +126,30 @@ bool holds(const SlabRegion& slab, Vec3 p) {
     return p[slab.axis] >= slab.min && p[slab.axis] <= slab.max;
 }
 
+// How far outside the point is at least; how far inside, less than zero.
+double outside_by(const Everywhere& /*region*/, Vec3 /*p*/) {
+    return -kFar;
+}
+double outside_by(const BoxRegion& box, Vec3 p) {
+    double distance = -kFar;
+    for (int axis = 0; axis < 3; ++axis)
+        distance = std::max({distance, box.min[axis] - p[axis], p[axis] - box.max[axis]});
+    return distance;
+}
+double outside_by(const SphereRegion& sphere, Vec3 p) {
+    return length(p - sphere.center) - sphere.radius;
+}
+double outside_by(const CylinderRegion& cylinder, Vec3 p) {
+    const double height = length(cylinder.to - cylinder.from);
+    const Vec3 axis = normalized(cylinder.to - cylinder.from);
+    const double along = dot(p - cylinder.from, axis);
+    const Vec3 across = p - cylinder.from - along * axis;
+    return std::max({length(across) - cylinder.radius, -along, along - height});
+}
+double outside_by(const SlabRegion& slab, Vec3 p) {
+    return std::max(slab.min - p[slab.axis], p[slab.axis] - slab.max);
+}
+
 }  // namespace
 
 Interval chord_of(const Region& region, const Ray& ray) {
@@ -143,6 +167,10 @@ Interval intersect(const Region& region, const Ray& ray) {
 
 bool contains(const Region& region, Vec3 position_um) {
     return std::visit([&](const auto& shape) { return holds(shape, position_um); }, region);
+}
+
+double clearance(const Region& region, Vec3 position_um) {
+    return std::abs(std::visit([&](const auto& shape) { return outside_by(shape, position_um); }, region));
 }
 
 Bounds bounds_of(const Region& region) {

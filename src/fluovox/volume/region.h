@@ -41,6 +41,10 @@ Vec3 surface_normal(const Region& region, Vec3 position_um);
 
 bool contains(const Region& region, Vec3 position_um);
 
+/// A distance from the point, on either side of the surface, within which there is nothing of it; inside the region it
+/// is as long as can be.
+double clearance(const Region& region, Vec3 position_um);
+
 /// The smallest axis-aligned box around `region`, infinite where the region is.
 Bounds bounds_of(const Region& region);
 
