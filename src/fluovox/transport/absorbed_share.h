@@ -17,11 +17,13 @@ inline double absorbed_share(double depth) {
 
 /// -log(1 - share), the depth that absorbs this share, likewise.
 inline double depth_of_share(double share) {
-    if (share > 0.03) return -std::log1p(-share);
-    constexpr double kThird = 1.0 / 3;
-    constexpr double kFifth = 1.0 / 5;
-    constexpr double kSixth = 1.0 / 6;
-    return share * (1 + share * (0.5 + share * (kThird + share * (0.25 + share * (kFifth + share * kSixth)))));
+    if (share > 0.01) return -std::log1p(-share);
+    const double square = share * share;
+    const double first = 1 + 0.5 * share;
+    const double second = 1.0 / 3 + 0.25 * share;
+    const double third = 1.0 / 5 + (1.0 / 6) * share;
+    const double fourth = 1.0 / 7 + 0.125 * share;
+    return share * (first + square * (second + square * (third + square * fourth)));
 }
 
 }  // namespace fluovox
