@@ -146,9 +146,7 @@ private:
     bool fly(Photon& photon, const Zone& zone, Rng& rng, Sink& sink) {
         survey_if_wanted(photon, zone, rng, sink);
         const double scatter_t = zone.scattering > 0 ? rng.exponential() / zone.scattering : kFar;
-        const bool is_clear = scatter_t < clear_um_;
-        PhotonSpace::Crossing crossing{kFar, 0};
-        if (!is_clear) crossing = space_->next_crossing(photon.ray, photon.inside);
+        const PhotonSpace::Crossing crossing = crossing_before(scatter_t, photon);
         start_grids(photon.ray, std::min(crossing.t_um, scatter_t), rng);
         double t = 0;
         for (;;) {
@@ -165,18 +163,21 @@ private:
             if (grid != nullptr && end == collision) {
                 if (!collide(photon, *grid, t, rng, sink)) continue;
                 if (photon.weight > 0) scatter(photon, grid->medium, t, rng, sink);
-                clear_um_ -= t;
                 return true;
             }
             if (end == scatter_t) {
                 scatter(photon, scatterer(zone, rng), t, rng, sink);
-                clear_um_ = is_clear ? clear_um_ - t : space_->clearance(photon.ray.origin);
                 return true;
             }
-            clear_um_ = 0;
             cross(photon, crossing, zone, rng);
             return false;
         }
+    }
+
+    // None where the flight ends before any surface.
+    PhotonSpace::Crossing crossing_before(double end_um, const Photon& photon) const {
+        if (end_um < clear_um_) return {kFar, 0};
+        return space_->next_crossing(photon.ray, photon.inside);
     }
 
     void survey_if_wanted(const Photon& photon, const Zone& zone, Rng& rng, Sink& sink) {
@@ -342,6 +343,7 @@ private:
 
     void scatter(Photon& photon, int medium, double t, Rng& rng, Sink& sink) {
         photon.ray.origin = photon.ray.at(t);
+        clear_um_ = t < clear_um_ ? clear_um_ - t : space_->clearance(photon.ray.origin);
         if (limits_.scatterings_are_physical &&
             photon.scatterings + photon.earlier_scatterings >= limits_.scatterings) {
             cut(photon, sink);
@@ -387,6 +389,7 @@ private:
     // To the surface, and through it or back.
     void cross(Photon& photon, const PhotonSpace::Crossing& crossing, const Zone& zone, Rng& rng) {
         photon.ray.origin = photon.ray.at(crossing.t_um);
+        clear_um_ = 0;
         const Inside behind = photon.inside ^ crossing.changed;
         const double n1 = zone.index;
         const double n2 = space_->refracts() ? media_.zone(behind).index : n1;
@@ -445,7 +448,7 @@ private:
     std::vector<int> grids_;
     std::vector<GridEvents> events_;
     Conversion conversion_;
-    double clear_um_ = 0;  // no surface is as near to the photon: a flight that ends within it needs none looked for
+    double clear_um_ = 0;  // from the photon to the nearest surface, at least
     std::int64_t bound_violations_ = 0;
     std::int64_t scatterings_ = 0;
 };
