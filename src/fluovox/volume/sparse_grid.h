@@ -236,7 +236,7 @@ private:
     BoundLevels levels_;
     HugePageVector<Brick> bricks_;
     HugePageVector<std::uint16_t> codes_;  // per block: its mask (4 words), then the voxels that are not zero
-    std::vector<float> constants_ = {0};  // [0] is the background
+    std::vector<float> constants_ = {0};   // [0] is the background
     Bounds bounds_;
     double max_ = 0;
     std::size_t active_voxels_ = 0;
