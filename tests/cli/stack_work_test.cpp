@@ -61,6 +61,7 @@ TEST_F(StackTest, AFullDiskLeavesTheFinishedPlanes) {
     limits.max_file_bytes = 6000;  // a plane fits, the stack does not
     const ProgramResult full = run({"render", "scene.toml", "-o", "stack.ome.tif"}, limits);
     EXPECT_EQ(full.exit_code, 5) << full.err;
+    EXPECT_TRUE(found("could not be written: File too large", full.err));  // the cause, not where the library stood
     EXPECT_TRUE(found("finished planes are kept, run again to go on", full.err));
     EXPECT_EQ(planes_there("stack.ome.tif"), 7U);
     EXPECT_EQ(run({"render", "scene.toml", "-o", "stack.ome.tif"}).exit_code, 0);

@@ -48,6 +48,7 @@ public:
             data = counts_.data();
         }
         const auto bytes = static_cast<tmsize_t>(info_.pixels() * info_.bytes_per_sample());
+        errno = 0;
         if (TIFFWriteRawStrip(tiff_.get(), 0, data, bytes) != bytes || TIFFWriteDirectory(tiff_.get()) != 1) fail();
     }
 
@@ -80,7 +81,8 @@ private:
     }
 
     [[noreturn]] void fail() const {
-        const std::string why = !tiff_.message().empty() ? tiff_.message() : std::strerror(errno);
+        // The library says where it failed, the system why.
+        const std::string why = errno != 0 || tiff_.message().empty() ? std::strerror(errno) : tiff_.message();
         throw OutputError(fmt::format("{}: could not be written: {}", shown_.string(), why));
     }
 
