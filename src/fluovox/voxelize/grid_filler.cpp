@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,7 @@ namespace fluovox {
 namespace {
 
 using Leaf = openvdb::FloatTree::LeafNodeType;
+using Leaves = std::vector<std::unique_ptr<Leaf>>;
 
 class GridFiller {
 public:
@@ -29,11 +31,11 @@ public:
     }
 
     /// Leaves of one tile, made by any thread.
-    std::vector<Leaf*> make_leaves(const TileTask& task, const TileResult& result) const {
-        std::vector<Leaf*> leaves;
+    Leaves make_leaves(const TileTask& task, const TileResult& result) const {
+        Leaves leaves;
         leaves.reserve(result.blocks.size());
         for (const auto& block : result.blocks) {
-            auto* const leaf = new Leaf(origin(block.x, task), 0.0F, false);  // NOLINT: the tree takes it
+            auto leaf = std::make_unique<Leaf>(origin(block.x, task), 0.0F, false);
             const BlockValues& values = result.values[block.values];
             // What rounding leaves beside a surface is no voxel of it; a speck far smaller than a voxel is.
             constexpr float kNothing = 1e-12F;
@@ -44,13 +46,13 @@ public:
                 if (!(values[i] > least)) continue;
                 leaf->setValueOn(i, static_cast<float>(settings_.value * static_cast<double>(values[i])));
             }
-            leaves.push_back(leaf);
+            leaves.push_back(std::move(leaf));
         }
         return leaves;
     }
-    void add(const TileTask& task, const TileResult& result, const std::vector<Leaf*>& leaves) {
-        for (Leaf* const leaf : leaves)
-            tree_.addLeaf(leaf);
+    void add(const TileTask& task, const TileResult& result, Leaves leaves) {
+        for (auto& leaf : leaves)
+            tree_.addLeaf(leaf.release());
         const auto value = static_cast<float>(settings_.value);
         for (const auto& run : result.full) {
             for (std::int32_t x = run.begin; x < run.end; ++x)
@@ -155,7 +157,7 @@ double filled_voxels(const openvdb::FloatGrid& grid) {
 struct FilledTile {
     TileTask task;
     TileResult result;
-    std::vector<Leaf*> leaves;
+    Leaves leaves;
 };
 
 }  // namespace
@@ -190,9 +192,9 @@ VoxelizedGrid fill_grid(const BlockLattice& lattice, const VoxelizeSettings& set
         }
         return tiles;
     };
-    const auto put = [&](const std::vector<FilledTile>& tiles) {
-        for (const FilledTile& tile : tiles) {
-            filler.add(tile.task, tile.result, tile.leaves);
+    const auto put = [&](std::vector<FilledTile> tiles) {
+        for (FilledTile& tile : tiles) {
+            filler.add(tile.task, tile.result, std::move(tile.leaves));
             report.volume_um3 += tile.result.volume * voxel_um3;
             report.capped_um3 += tile.result.winding_volume * voxel_um3;
             report.decided_by_winding += tile.result.decided_by_winding;

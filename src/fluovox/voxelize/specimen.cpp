@@ -274,8 +274,9 @@ GroupShapes load_group(const SpecimenGroup& group, const SpecimenSettings& setti
     return shapes;
 }
 
-FilledGroup fill_group(const SpecimenGroup& group, const SpecimenSettings& settings, double voxel_um,
-                       Progress& progress) {
+// Nothing where the user stopped it.
+std::optional<FilledGroup> fill_group(const SpecimenGroup& group, const SpecimenSettings& settings, double voxel_um,
+                                      Progress& progress) {
     const auto begin = Clock::now();
     GroupReport report;
     report.dye = group.dye;
@@ -285,13 +286,15 @@ FilledGroup fill_group(const SpecimenGroup& group, const SpecimenSettings& setti
     voxels.value = group.concentration_uM;
     try {
         const GroupShapes shapes = load_group(group, settings, voxels, report, progress);
+        if (progress.stopped()) return std::nullopt;
         std::optional<DyeGrid> grid;
         if (!shapes.solids.empty()) {
             const bool shell = settings.shell_um > 0;
             VoxelizedGrid filled = shell ? voxelize_shell(shapes.solids, settings.shell_um, voxels, progress)
                                          : voxelize(shapes.solids, voxels, progress);
             report.voxels = filled.report;
-            if (!progress.stopped() && !shell) require_plausible(report);
+            if (progress.stopped()) return std::nullopt;
+            if (!shell) require_plausible(report);
             grid = filled.grid;
         }
         if (!shapes.capsules.empty()) {
@@ -305,8 +308,9 @@ FilledGroup fill_group(const SpecimenGroup& group, const SpecimenSettings& setti
             }
         }
         if (!grid) throw InputError("there is nothing to voxelize");
+        if (progress.stopped()) return std::nullopt;
         report.seconds = seconds_since(begin);
-        return {*grid, std::move(report)};
+        return FilledGroup{*grid, std::move(report)};
     } catch (const InputError& e) {
         const SpecimenPart& first = group.parts.front();
         const std::string text = e.what();
@@ -392,15 +396,16 @@ SpecimenResult voxelize_specimen(const std::vector<SpecimenGroup>& groups, const
     int part_number = 0;
     bool unit_doubted = false;
     for (const SpecimenGroup& group : groups) {
-        if (progress.stopped()) return result;
-        FilledGroup filled = fill_group(group, settings, result.voxel_size_um, progress);
-        remark_on(filled.report, settings, unit_doubted, result.remarks);
+        std::optional<FilledGroup> filled = fill_group(group, settings, result.voxel_size_um, progress);
+        if (!filled) return result;
+        remark_on(filled->report, settings, unit_doubted, result.remarks);
         if (labels) {
-            number_parts(filled.report, part_number);
-            labels->add(floats(filled.grid), static_cast<float>(group.concentration_uM), filled.report.parts[0].label);
+            number_parts(filled->report, part_number);
+            labels->add(floats(filled->grid), static_cast<float>(group.concentration_uM),
+                        filled->report.parts[0].label);
         }
-        add_group(by_dye, filled, settings);
-        result.groups.push_back(std::move(filled.report));
+        add_group(by_dye, *filled, settings);
+        result.groups.push_back(std::move(filled->report));
     }
     for (auto& [dye, grid] : by_dye)
         result.grids.push_back(grid);
