@@ -56,9 +56,9 @@ void copy_bits(const unsigned char* samples, std::span<std::uint64_t> labels) {
 
 }  // namespace
 
-void to_labels(const unsigned char* samples, SampleType type, bool swap, std::span<std::uint64_t> labels,
+void to_labels(const unsigned char* samples, SampleFormat type, bool swap, std::span<std::uint64_t> labels,
                const std::string& name, SamplePlace place) {
-    using Kind = SampleType::Kind;
+    using Kind = SampleFormat::Kind;
     if (type.bits == 1) return copy_bits(samples, labels);
     if (type.kind == Kind::Float) {
         if (type.bits == 32) return copy_floats<float>(samples, swap, labels, name, place);

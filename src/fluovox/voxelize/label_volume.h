@@ -18,7 +18,7 @@
 namespace fluovox {
 
 /// What a sample of the file is.
-struct SampleType {
+struct SampleFormat {
     enum class Kind { Unsigned, Signed, Float };
     Kind kind = Kind::Unsigned;
     int bits = 8;  ///< 1, 8, 16, 32 or 64
@@ -29,7 +29,7 @@ struct SampleType {
 /// What a volume of labels says of itself.
 struct LabelVolumeHeader {
     std::array<std::int64_t, 3> size = {0, 0, 0};  ///< voxels along x (next to each other in the file), y, z
-    SampleType type;
+    SampleFormat type;
     double um_per_unit = 0;                    ///< of the lengths below; 0: the file doesn't say
     std::optional<std::array<Vec3, 3>> steps;  ///< from voxel to voxel along x, y, z
     std::optional<Vec3> first;                 ///< centre of the first voxel
@@ -69,7 +69,7 @@ struct SamplePlace {
 
 /// As many samples as there are labels to be. `swap`: their bytes are in the other order than this machine's. A sample
 /// that is no whole number is an InputError at `place` and further along x.
-void to_labels(const unsigned char* samples, SampleType type, bool swap, std::span<std::uint64_t> labels,
+void to_labels(const unsigned char* samples, SampleFormat type, bool swap, std::span<std::uint64_t> labels,
                const std::string& name, SamplePlace place);
 
 /// Micrometres per "um", "nm", "micron" ...; 0 for anything else.

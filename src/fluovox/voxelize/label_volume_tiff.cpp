@@ -135,13 +135,13 @@ bool is_slice(const TiffFile& tiff) {
     return (tiff.tag<std::uint32_t>(TIFFTAG_SUBFILETYPE, 0) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0;
 }
 
-SampleType sample_type(const TiffFile& tiff, const PageFormat& page) {
-    using Kind = SampleType::Kind;
+SampleFormat sample_type(const TiffFile& tiff, const PageFormat& page) {
+    using Kind = SampleFormat::Kind;
     if (page.samples != 1 || page.photometric == PHOTOMETRIC_RGB) {
         tiff.fail(fmt::format("has {} values a pixel: labels are one value each (a colour picture, or channels?)",
                               page.samples));
     }
-    SampleType type;
+    SampleFormat type;
     type.bits = page.bits;
     type.kind = page.kind == SAMPLEFORMAT_IEEEFP ? Kind::Float
                                                  : (page.kind == SAMPLEFORMAT_INT ? Kind::Signed : Kind::Unsigned);

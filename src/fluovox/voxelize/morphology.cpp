@@ -31,7 +31,7 @@ void cut_cycles(MorphologyTree& tree) {
 }
 
 /// Every point after its parent; as in the file where it keeps to that.
-std::vector<std::uint32_t> parents_first(const std::vector<MorphologyPoint>& points) {
+std::vector<std::uint32_t> parents_first(const std::vector<TracedPoint>& points) {
     std::vector<std::uint32_t> order;
     order.reserve(points.size());
     std::vector<bool> placed(points.size(), false);
@@ -47,27 +47,27 @@ std::vector<std::uint32_t> parents_first(const std::vector<MorphologyPoint>& poi
     return order;
 }
 
-bool has_radius(const MorphologyPoint& point) {
+bool has_radius(const TracedPoint& point) {
     return point.radius > 0;
 }
 
 /// Hands radii down and up the tree to points without, between points that `akin` allows.
 template <class Akin>
-void hand_radii(std::vector<MorphologyPoint>& points, const std::vector<std::uint32_t>& order, const Akin& akin) {
+void hand_radii(std::vector<TracedPoint>& points, const std::vector<std::uint32_t>& order, const Akin& akin) {
     const auto down = [&] {
         for (const std::uint32_t i : order) {
-            MorphologyPoint& point = points[i];
+            TracedPoint& point = points[i];
             if (has_radius(point) || point.parent == kNoParent) continue;
-            const MorphologyPoint& parent = points[point.parent];
+            const TracedPoint& parent = points[point.parent];
             if (has_radius(parent) && akin(point, parent)) point.radius = parent.radius;
         }
     };
     down();
     const std::vector<std::uint32_t> children_first(order.rbegin(), order.rend());
     for (const std::uint32_t i : children_first) {
-        const MorphologyPoint& point = points[i];
+        const TracedPoint& point = points[i];
         if (!has_radius(point) || point.parent == kNoParent) continue;
-        MorphologyPoint& parent = points[point.parent];
+        TracedPoint& parent = points[point.parent];
         if (!has_radius(parent) && akin(point, parent)) parent.radius = point.radius;
     }
     down();
@@ -75,12 +75,12 @@ void hand_radii(std::vector<MorphologyPoint>& points, const std::vector<std::uin
 
 /// Gives points without one the least radius of the others, among those that `chosen` takes.
 template <class Chosen>
-void give_least_radius(std::vector<MorphologyPoint>& points, const Chosen& chosen) {
+void give_least_radius(std::vector<TracedPoint>& points, const Chosen& chosen) {
     double least = std::numeric_limits<double>::max();
-    for (const MorphologyPoint& point : points)
+    for (const TracedPoint& point : points)
         if (has_radius(point) && chosen(point)) least = std::min(least, point.radius);
     if (least == std::numeric_limits<double>::max()) return;
-    for (MorphologyPoint& point : points)
+    for (TracedPoint& point : points)
         if (!has_radius(point) && chosen(point)) point.radius = least;
 }
 
@@ -93,8 +93,8 @@ void mend_radii(MorphologyTree& tree, const std::string& name) {
     if (bad == points.size()) throw InputError(name + ": not one of its points has a radius above zero");
     tree.report.mended_radii = bad;
     const std::vector<std::uint32_t> order = parents_first(points);
-    const auto soma = [](const MorphologyPoint& p) { return p.type == kSomaType; };
-    using Point = MorphologyPoint;
+    const auto soma = [](const TracedPoint& p) { return p.type == kSomaType; };
+    using Point = TracedPoint;
     hand_radii(points, order, [](const Point& a, const Point& b) { return a.type == b.type; });
     hand_radii(points, order, [&](const Point& a, const Point& b) { return soma(a) == soma(b); });
     for (const bool of_soma : {false, true})
@@ -103,7 +103,7 @@ void mend_radii(MorphologyTree& tree, const std::string& name) {
     give_least_radius(points, [](const Point&) { return true; });
 }
 
-void add_ball(Morphology& morphology, const Vec3& center, double radius) {
+void add_ball(CapsuleNeuron& morphology, const Vec3& center, double radius) {
     morphology.capsules.push_back({center, center, radius, radius});
 }
 
@@ -112,7 +112,7 @@ struct SomaDrawing {
     std::optional<Vec3> center;  ///< of a body that neurites have to reach
 };
 
-SomaDrawing add_soma(Morphology& morphology, const MorphologyTree& tree) {
+SomaDrawing add_soma(CapsuleNeuron& morphology, const MorphologyTree& tree) {
     std::vector<std::uint32_t> soma;
     for (std::uint32_t i = 0; i < tree.points.size(); ++i)
         if (tree.points[i].type == kSomaType) soma.push_back(i);
@@ -136,7 +136,7 @@ SomaDrawing add_soma(Morphology& morphology, const MorphologyTree& tree) {
             center = center + (1.0 / static_cast<double>(outline.size())) * point;
         return {false, center};
     }
-    const MorphologyPoint& first = tree.points[soma[0]];
+    const TracedPoint& first = tree.points[soma[0]];
     if (soma.size() == 1) {
         add_ball(morphology, first.position, first.radius);
         report.soma = "ball";
@@ -161,7 +161,7 @@ SomaDrawing add_soma(Morphology& morphology, const MorphologyTree& tree) {
 /// How many points follow each one, noting roots and branches.
 std::vector<std::uint32_t> count_children(const MorphologyTree& tree, MorphologyReport& report) {
     std::vector<std::uint32_t> children(tree.points.size(), 0);
-    for (const MorphologyPoint& point : tree.points) {
+    for (const TracedPoint& point : tree.points) {
         if (point.parent == kNoParent) {
             ++report.roots;
         } else if (++children[point.parent] == 2) {
@@ -172,7 +172,7 @@ std::vector<std::uint32_t> count_children(const MorphologyTree& tree, Morphology
 }
 
 /// Draws the way from a point's parent to it.
-void add_segment(Morphology& morphology, const MorphologyPoint& parent, const MorphologyPoint& point,
+void add_segment(CapsuleNeuron& morphology, const TracedPoint& parent, const TracedPoint& point,
                  const SomaDrawing& drawing) {
     MorphologyReport& report = morphology.report;
     const double step = length(point.position - parent.position);
@@ -190,13 +190,13 @@ void add_segment(Morphology& morphology, const MorphologyPoint& parent, const Mo
 
 }  // namespace
 
-Morphology build_morphology(MorphologyTree tree, const std::string& name) {
+CapsuleNeuron build_morphology(MorphologyTree tree, const std::string& name) {
     if (tree.points.empty() && tree.soma_contours.empty()) throw InputError(name + ": has no points");
     if (!tree.points.empty()) {
         cut_cycles(tree);
         mend_radii(tree, name);
     }
-    Morphology morphology;
+    CapsuleNeuron morphology;
     morphology.report = tree.report;
     MorphologyReport& report = morphology.report;
     report.points = tree.points.size();
@@ -204,7 +204,7 @@ Morphology build_morphology(MorphologyTree tree, const std::string& name) {
     const SomaDrawing drawing = add_soma(morphology, tree);
     const std::vector<std::uint32_t> children = count_children(tree, report);
     for (std::size_t i = 0; i < tree.points.size(); ++i) {
-        const MorphologyPoint& point = tree.points[i];
+        const TracedPoint& point = tree.points[i];
         if (point.type == kSomaType && !drawing.as_segments) continue;
         if (point.parent != kNoParent) {
             add_segment(morphology, tree.points[point.parent], point, drawing);
@@ -221,7 +221,7 @@ bool is_morphology_file(const std::filesystem::path& file) {
     return extension == ".swc" || extension == ".asc";
 }
 
-Morphology parse_morphology(std::string_view bytes, const std::string& extension, const std::string& name) {
+CapsuleNeuron parse_morphology(std::string_view bytes, const std::string& extension, const std::string& name) {
     if (bytes.empty()) throw InputError(name + ": is empty");
     const bool swc = lower_case(extension) == ".swc";
     return build_morphology(swc ? parse_swc(bytes, name) : parse_asc(bytes, name), name);

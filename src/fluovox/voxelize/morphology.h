@@ -38,7 +38,7 @@ struct MorphologyReport {
 };
 
 /// A neuron as capsules whose union it is, in the file's unit.
-struct Morphology {
+struct CapsuleNeuron {
     std::vector<Capsule> capsules;
     MorphologyReport report;
 };
@@ -53,7 +53,7 @@ bool is_morphology_file(const std::filesystem::path& file);
 /// revolution of its proportions; contours on top of each other are one body that ends half a section beyond the outer
 /// ones; other somata are segments like the rest, also where every point is typed soma. A neurite that starts at the
 /// soma has its own radius from the soma's centre on.
-Morphology parse_morphology(std::string_view bytes, const std::string& extension, const std::string& name);
+CapsuleNeuron parse_morphology(std::string_view bytes, const std::string& extension, const std::string& name);
 
 /// Volume of one capsule.
 double capsule_volume(const Capsule& capsule);

@@ -104,7 +104,7 @@ private:
             } else if (in_.is('(')) {
                 in_.next();
                 if (in_.at_number()) {
-                    const MorphologyPoint point = point_after_bracket(type);
+                    const TracedPoint point = point_after_bracket(type);
                     if (soma) {
                         contour.push_back(point.position);
                     } else if (type != 0) {
@@ -142,7 +142,7 @@ private:
             } else if (in_.is('(')) {
                 in_.next();
                 if (in_.at_number()) {
-                    const MorphologyPoint point = point_after_bracket(type);
+                    const TracedPoint point = point_after_bracket(type);
                     if (type != 0) last = add(point, last);
                 } else if (in_.is('(') || in_.is('|')) {
                     split(last, type, depth + 1);
@@ -170,7 +170,7 @@ private:
                 skip_list(1);
                 continue;
             }
-            const MorphologyPoint tip = point_after_bracket(0);
+            const TracedPoint tip = point_after_bracket(0);
             if (parent == kNoParent || !(tip.radius > 0)) continue;
             tree_.spines.push_back({tree_.points[parent].position, tip.position, tip.radius, tip.radius});
         }
@@ -178,8 +178,8 @@ private:
     }
 
     /// Numbers up to the closing bracket: x, y, z, diameter.
-    MorphologyPoint point_after_bracket(int type) {
-        MorphologyPoint point;
+    TracedPoint point_after_bracket(int type) {
+        TracedPoint point;
         point.type = type;
         for (int axis = 0; axis < 3; ++axis)
             point.position[axis] = in_.at_number() ? in_.number() : 0;
@@ -196,7 +196,7 @@ private:
             in_.next();
         }
     }
-    std::uint32_t add(MorphologyPoint point, std::uint32_t parent) {
+    std::uint32_t add(TracedPoint point, std::uint32_t parent) {
         point.parent = parent;
         tree_.points.push_back(point);
         return static_cast<std::uint32_t>(tree_.points.size() - 1);

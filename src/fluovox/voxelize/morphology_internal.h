@@ -12,7 +12,7 @@ constexpr int kSomaType = 1;       // of SWC
 constexpr int kLastCableType = 4;  // 2 axon, 3 basal and 4 apical dendrite
 constexpr int kSpineType = 5;      // on a cable; an older meaning is a fork, of type 0
 
-struct MorphologyPoint {
+struct TracedPoint {
     Vec3 position;
     double radius = 0;
     int type = 0;
@@ -21,7 +21,7 @@ struct MorphologyPoint {
 
 /// Points with parents, a contour of the soma where the file has one, and spines.
 struct MorphologyTree {
-    std::vector<MorphologyPoint> points;
+    std::vector<TracedPoint> points;
     std::vector<std::vector<Vec3>> soma_contours;
     std::vector<Capsule> spines;
     MorphologyReport report;
@@ -38,6 +38,6 @@ std::vector<Capsule> soma_body(const std::vector<std::vector<Vec3>>& contours);
 std::vector<Vec3> soma_outline(const MorphologyTree& tree);
 
 /// Mends a tree and makes capsules of it.
-Morphology build_morphology(MorphologyTree tree, const std::string& name);
+CapsuleNeuron build_morphology(MorphologyTree tree, const std::string& name);
 
 }  // namespace fluovox

@@ -213,7 +213,7 @@ std::vector<Vec3> soma_outline(const MorphologyTree& tree) {
     std::size_t count = 0;
     double widest = 0;
     for (std::uint32_t i = 0; i < tree.points.size(); ++i) {
-        const MorphologyPoint& point = tree.points[i];
+        const TracedPoint& point = tree.points[i];
         if (point.type != kSomaType) continue;
         ++count;
         widest = std::max(widest, point.radius);

@@ -18,7 +18,7 @@ MorphologyTree parse_swc(std::string_view bytes, const std::string& name) {
         const double written = in.number();
         if (std::abs(written) > 1e15) in.fail("the number of a point is out of range");
         const auto number = static_cast<long long>(written);
-        MorphologyPoint point;
+        TracedPoint point;
         point.type = static_cast<int>(std::min(std::max(in.number(), 0.0), 1e6));
         for (int axis = 0; axis < 3; ++axis)
             point.position[axis] = in.number();

@@ -63,7 +63,7 @@ LoadedPart load_part(const SpecimenPart& part) {
     LoadedPart loaded;
     loaded.sha256 = sha256_hex(bytes);
     if (is_morphology_file(part.file)) {
-        Morphology morphology = parse_morphology(bytes, extension, part.file.string());
+        CapsuleNeuron morphology = parse_morphology(bytes, extension, part.file.string());
         const double um = part.um_per_unit > 0 ? part.um_per_unit : 1;
         const double scale = length(part.placement.rows[0]);
         for (Capsule& capsule : morphology.capsules) {

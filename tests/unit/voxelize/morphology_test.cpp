@@ -21,11 +21,11 @@ namespace {
 
 using std::numbers::pi;
 
-Morphology swc(const std::string& text) {
+CapsuleNeuron swc(const std::string& text) {
     return parse_morphology(text, ".swc", "m.swc");
 }
 
-Morphology asc(const std::string& text) {
+CapsuleNeuron asc(const std::string& text) {
     return parse_morphology(text, ".asc", "m.asc");
 }
 
@@ -134,23 +134,23 @@ TEST(Capsules, MergingKeepsWhatIsNotTheSameShape) {
 }
 
 TEST(Morphology, SomaRules) {
-    const Morphology ball = swc("# one point\n1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n");
+    const CapsuleNeuron ball = swc("# one point\n1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n");
     EXPECT_EQ(ball.report.soma, "ball");
     // The dendrite starts with its own radius at the centre of the soma.
     const Capsule& dendrite =
         *std::find_if(ball.capsules.begin(), ball.capsules.end(), [](const Capsule& c) { return c.to.x == 10; });
     EXPECT_EQ(dendrite.from_radius, 1);
-    const Morphology three = swc("1 1 0 0 0 5 -1\n2 1 0 5 0 5 1\n3 1 0 -5 0 5 1\n4 3 20 0 0 1 1\n");
+    const CapsuleNeuron three = swc("1 1 0 0 0 5 -1\n2 1 0 5 0 5 1\n3 1 0 -5 0 5 1\n4 3 20 0 0 1 1\n");
     ASSERT_EQ(three.capsules.size(), 2U);
     EXPECT_NEAR(capsule_volume(three.capsules[0]), 4 * pi / 3 * 125, 1e-9);
-    const Morphology all = swc("1 1 0 0 0 1 -1\n2 1 10 0 0 1 1\n3 1 20 0 0 1 2\n4 1 30 0 0 1 3\n");
+    const CapsuleNeuron all = swc("1 1 0 0 0 1 -1\n2 1 10 0 0 1 1\n3 1 20 0 0 1 2\n4 1 30 0 0 1 3\n");
     EXPECT_EQ(all.capsules.size(), 3U);
     EXPECT_TRUE(all.report.soma.starts_with("none (every point"));
     EXPECT_EQ(swc("1 3 0 0 0 1 -1\n2 3 5 0 0 1 1\n").report.soma, "none");
 }
 
 TEST(Morphology, SpinesAndAxonsAreAsThickAtTheirFootAsTheyAre) {
-    const Morphology cell =
+    const CapsuleNeuron cell =
         swc("1 3 0 0 0 2 -1\n2 3 50 0 0 2 1\n3 5 50 3 0 0.3 2\n4 5 50 4 0 0.6 3\n5 2 50 0 9 0.4 2\n");
     EXPECT_EQ(cell.report.spines, 1U);
     const auto from_radius = [&](const Vec3& to) {
@@ -167,14 +167,14 @@ TEST(Morphology, SpinesAndAxonsAreAsThickAtTheirFootAsTheyAre) {
 }
 
 TEST(Morphology, BrokenFilesAreMendedAndCounted) {
-    const Morphology radii = swc("1 3 0 0 0 2 -1\n2 3 5 0 0 0 1\n3 3 9 0 0 -1 2\n");
+    const CapsuleNeuron radii = swc("1 3 0 0 0 2 -1\n2 3 5 0 0 0 1\n3 3 9 0 0 -1 2\n");
     EXPECT_EQ(radii.report.mended_radii, 2U);
     for (const Capsule& capsule : radii.capsules)
         EXPECT_EQ(capsule.to_radius, 2);
-    const Morphology orphan = swc("1 3 0 0 0 2 -1\n2 3 5 0 0 1 77\n3 3 9 0 0 1 2\n");
+    const CapsuleNeuron orphan = swc("1 3 0 0 0 2 -1\n2 3 5 0 0 1 77\n3 3 9 0 0 1 2\n");
     EXPECT_EQ(orphan.report.missing_parents, 1U);
     EXPECT_EQ(orphan.report.roots, 2U);
-    const Morphology cycle = swc("1 3 0 0 0 2 3\n2 3 5 0 0 1 1\n3 3 9 0 0 1 2\n");
+    const CapsuleNeuron cycle = swc("1 3 0 0 0 2 3\n2 3 5 0 0 1 1\n3 3 9 0 0 1 2\n");
     EXPECT_EQ(cycle.report.cycles, 1U);
     EXPECT_EQ(cycle.capsules.size(), 2U);
     EXPECT_EQ(swc("1 3 0 0 0 2 1\n2 3 5 0 0 1 1\n").report.cycles, 1U) << "its own parent";
@@ -184,20 +184,20 @@ TEST(Morphology, BrokenFilesAreMendedAndCounted) {
 }
 
 TEST(Morphology, ANeuriteWithoutARadiusNeverTakesTheSomas) {
-    const auto radius_at = [](const Morphology& cell, double x) {
+    const auto radius_at = [](const CapsuleNeuron& cell, double x) {
         return std::find_if(cell.capsules.begin(), cell.capsules.end(), [&](const Capsule& c) { return c.to.x == x; })
             ->to_radius;
     };
-    const Morphology child = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 -1 1\n3 3 20 0 0 1 2\n");
+    const CapsuleNeuron child = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 -1 1\n3 3 20 0 0 1 2\n");
     EXPECT_EQ(radius_at(child, 6), 1);
     EXPECT_NEAR(voxel_volume(child.capsules, 0.25), 573, 3);
-    const Morphology other = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 0 1\n3 2 0 9 0 2 1\n4 2 0 20 0 0.5 3\n");
+    const CapsuleNeuron other = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 0 1\n3 2 0 9 0 2 1\n4 2 0 20 0 0.5 3\n");
     EXPECT_EQ(radius_at(other, 6), 0.5) << "the least of the file's neurites";
-    const Morphology type = swc("1 2 0 0 0 5 -1\n2 3 6 0 0 0 1\n3 3 9 0 0 2 2\n");
+    const CapsuleNeuron type = swc("1 2 0 0 0 5 -1\n2 3 6 0 0 0 1\n3 3 9 0 0 2 2\n");
     EXPECT_EQ(radius_at(type, 6), 2) << "a child of its type before a parent of another";
-    const Morphology nothing = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 0 1\n");
+    const CapsuleNeuron nothing = swc("1 1 0 0 0 5 -1\n2 3 6 0 0 0 1\n");
     EXPECT_EQ(radius_at(nothing, 6), 5) << "there is no other radius";
-    const Morphology backwards = swc("1 3 20 0 0 0 2\n2 3 9 0 0 0 3\n3 3 5 0 0 2 4\n4 1 0 0 0 5 -1\n");
+    const CapsuleNeuron backwards = swc("1 3 20 0 0 0 2\n2 3 9 0 0 0 3\n3 3 5 0 0 2 4\n4 1 0 0 0 5 -1\n");
     EXPECT_EQ(radius_at(backwards, 20), 2) << "children before their parents";
 }
 
@@ -221,7 +221,7 @@ TEST(Morphology, HopelessFilesAreRefusedWithAReason) {
 }
 
 TEST(Morphology, ReadsNeurolucidaTreesContoursAndSpines) {
-    const Morphology cell =
+    const CapsuleNeuron cell =
         asc("; a comment\n(\"Cell Body\" (Color Red) (CellBody) (5 0 0 0.1) (0 4 0 0.1) (-5 0 0 0.1) (0 -4 0 0.1))\n"
             "((Color Blue) (Dendrite) (0 0 0 2) (10 0 0 2) <(10 1.5 0 0.4)>\n"
             " ( (20 5 0 1) (30 9 0 1) Normal | (20 -5 0 1 S2) ( (25 -9 0 1) | (25 -1 0 1) High ) ) )\n");
@@ -261,7 +261,7 @@ Bounds box_of(const std::vector<Capsule>& capsules) {
 }
 
 TEST(Soma, AContourIsTheBallOfItsAreaOrTheSpheroidOfItsProportions) {
-    const Morphology square = asc(asc_contour({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}}));
+    const CapsuleNeuron square = asc(asc_contour({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}}));
     EXPECT_NEAR(voxel_volume(square.capsules, 0.25) / (4 * pi / 3 * std::pow(100 / pi, 1.5)), 1, 0.003);
     std::vector<Vec3> ellipse = circle_of_ball(0, 100);
     for (Vec3& p : ellipse)
@@ -278,7 +278,7 @@ TEST(Soma, ContoursOnTopOfEachOtherAreOneBody) {
     std::string text;
     for (const double z : {4.0, -8.0, 0.0, 8.0, -4.0})
         text += asc_contour(circle_of_ball(z, 60));
-    const Morphology cell = asc(text);
+    const CapsuleNeuron cell = asc(text);
     EXPECT_EQ(cell.report.soma, "contours");
     EXPECT_NEAR(voxel_volume(cell.capsules, 0.25) / (4 * pi / 3 * 1000), 1, 0.02);
     const Bounds box = box_of(cell.capsules);
@@ -312,7 +312,7 @@ TEST(Soma, ARingOfThinSwcPointsIsItsContour) {
                 std::to_string(number == 0 ? -1 : number) + '\n';
         ++number;
     }
-    const Morphology ring = swc(text + "21 3 30 0 0 1 1\n");
+    const CapsuleNeuron ring = swc(text + "21 3 30 0 0 1 1\n");
     EXPECT_TRUE(ring.report.soma.starts_with("outline (20 ")) << ring.report.soma;
     const double area = 10 * 100 * std::sin(2 * pi / 20);
     const double dendrite = pi * 20 + 2 * pi / 3;
@@ -371,7 +371,7 @@ TEST(Morphology, EverySpecimenIsReadOrRefused) {
     for (const char* kind : {"swc", "asc"}) {
         for (const auto& entry : std::filesystem::directory_iterator(folder / kind)) {
             const auto& path = entry.path();
-            const Morphology cell = parse_morphology(load_bytes(path), path.extension().string(), path.string());
+            const CapsuleNeuron cell = parse_morphology(load_bytes(path), path.extension().string(), path.string());
             EXPECT_GT(cell.capsules.size(), 100U) << path;
             mended += cell.report.mended_radii;
             ++read;
