@@ -305,6 +305,10 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
     for (std::size_t b = 0; b < bounds.size(); ++b) {
         SparseGrid::Brick& brick = grid.bricks_[b];
         brick.bound = static_cast<float>(grid.levels_[grid.levels_.level_of(largest(bounds[b]))]);
+        if (!std::isfinite(brick.bound)) {  // no shares of that; users of the grid refuse it by its largest value
+            brick.bounds.fill(255);
+            continue;
+        }
         float sum = 0;
         for (unsigned block = 0; block < 8; ++block) {
             const float bound = bounds[b][block];
