@@ -319,7 +319,7 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
             if (SparseGrid::bound_of(brick, block) < static_cast<double>(bound)) ++brick.bounds[block];
         }
         if (brick.bound > 0)
-            brick.excess = static_cast<std::uint8_t>(255 * std::max(0.0F, 1 - sum / (8 * brick.bound)) + 0.5F);
+            brick.excess = static_cast<std::uint8_t>(std::lround(255 * std::max(0.0F, 1 - sum / (8 * brick.bound))));
     }
     for (SparseGrid::Node& node : grid.nodes_) {
         const auto count = static_cast<std::uint32_t>(std::popcount(node.mask));

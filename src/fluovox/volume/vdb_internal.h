@@ -25,7 +25,7 @@ void initialize_openvdb();
 template <class Grid>
 typename Grid::Ptr new_grid(typename Grid::ValueType background = 0) {
     initialize_openvdb();
-    const auto grid = openvdb::gridPtrCast<Grid>(openvdb::GridBase::createGrid(Grid::gridType()));
+    auto grid = openvdb::gridPtrCast<Grid>(openvdb::GridBase::createGrid(Grid::gridType()));
     grid->tree().root().setBackground(background, /*updateChildNodes=*/false);
     return grid;
 }

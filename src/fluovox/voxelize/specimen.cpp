@@ -275,6 +275,34 @@ GroupShapes load_group(const SpecimenGroup& group, const SpecimenSettings& setti
 }
 
 // Nothing where the user stopped it.
+std::optional<DyeGrid> fill_shapes(const GroupShapes& shapes, const SpecimenSettings& settings,
+                                   const VoxelizeSettings& voxels, GroupReport& report, Progress& progress) {
+    std::optional<DyeGrid> grid;
+    if (!shapes.solids.empty()) {
+        const bool shell = settings.shell_um > 0;
+        VoxelizedGrid filled = shell ? voxelize_shell(shapes.solids, settings.shell_um, voxels, progress)
+                                     : voxelize(shapes.solids, voxels, progress);
+        if (progress.stopped()) return std::nullopt;
+        report.voxels = filled.report;
+        if (!shell) require_plausible(report);
+        grid = filled.grid;
+    }
+    if (!shapes.capsules.empty()) {
+        if (settings.shell_um > 0) throw InputError("--shell works on meshes, not on morphologies");
+        VoxelizedGrid filled = voxelize_capsules(shapes.capsules, voxels, progress);
+        if (progress.stopped()) return std::nullopt;
+        add_voxels(report.voxels, filled.report);
+        if (grid) {
+            join(floats(*grid), floats(filled.grid), OverlapRule::Max);
+        } else {
+            grid = filled.grid;
+        }
+    }
+    if (!grid) throw InputError("there is nothing to voxelize");
+    return grid;
+}
+
+// Nothing where the user stopped it.
 std::optional<FilledGroup> fill_group(const SpecimenGroup& group, const SpecimenSettings& settings, double voxel_um,
                                       Progress& progress) {
     const auto begin = Clock::now();
@@ -287,28 +315,8 @@ std::optional<FilledGroup> fill_group(const SpecimenGroup& group, const Specimen
     try {
         const GroupShapes shapes = load_group(group, settings, voxels, report, progress);
         if (progress.stopped()) return std::nullopt;
-        std::optional<DyeGrid> grid;
-        if (!shapes.solids.empty()) {
-            const bool shell = settings.shell_um > 0;
-            VoxelizedGrid filled = shell ? voxelize_shell(shapes.solids, settings.shell_um, voxels, progress)
-                                         : voxelize(shapes.solids, voxels, progress);
-            report.voxels = filled.report;
-            if (progress.stopped()) return std::nullopt;
-            if (!shell) require_plausible(report);
-            grid = filled.grid;
-        }
-        if (!shapes.capsules.empty()) {
-            if (settings.shell_um > 0) throw InputError("--shell works on meshes, not on morphologies");
-            VoxelizedGrid filled = voxelize_capsules(shapes.capsules, voxels, progress);
-            add_voxels(report.voxels, filled.report);
-            if (grid) {
-                join(floats(*grid), floats(filled.grid), OverlapRule::Max);
-            } else {
-                grid = filled.grid;
-            }
-        }
-        if (!grid) throw InputError("there is nothing to voxelize");
-        if (progress.stopped()) return std::nullopt;
+        const auto grid = fill_shapes(shapes, settings, voxels, report, progress);
+        if (!grid) return std::nullopt;
         report.seconds = seconds_since(begin);
         return FilledGroup{*grid, std::move(report)};
     } catch (const InputError& e) {
