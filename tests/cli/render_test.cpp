@@ -52,13 +52,6 @@ protected:
     }
 };
 
-// Times that the program is looked at, 2 ms apart, until it surely has begun.
-#ifdef __SANITIZE_ADDRESS__
-constexpr int kBegun = 1500;
-#else
-constexpr int kBegun = 100;
-#endif
-
 // However much there is to do before the next pixel or batch of photons is done.
 TEST_F(RenderTest, EndsSoonAfterItIsAskedToStop) {
     write("scene.toml", kScene);
@@ -71,9 +64,9 @@ TEST_F(RenderTest, EndsSoonAfterItIsAskedToStop) {
     for (const std::vector<std::string>& command : commands) {
         RunLimits limits;
         limits.signal = SIGTERM;
-        limits.seconds = 5 + kBegun / 100;
+        limits.seconds = 8;
         int asked = 0;
-        limits.signal_when = [&] { return ++asked == kBegun; };
+        limits.signal_when = [&] { return ++asked == 100 * kSlowness; };
         const ProgramResult result = run(command, limits);
         EXPECT_EQ(result.exit_code, 75) << result.command << result.err;
         EXPECT_FALSE(result.timed_out) << result.command;

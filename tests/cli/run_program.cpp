@@ -74,7 +74,7 @@ ProgramResult run_program(const std::vector<std::string>& arguments, const fs::p
     if (child < 0) throw std::runtime_error("fork failed");
     if (child == 0) become_program(argv.data(), folder.c_str(), out.c_str(), err.c_str(), limits);
 
-    const auto give_up = Clock::now() + std::chrono::seconds(limits.seconds);
+    const auto give_up = Clock::now() + std::chrono::seconds(kSlowness * limits.seconds);
     int status = 0;
     bool signalled = false;
     while (::waitpid(child, &status, WNOHANG) == 0) {

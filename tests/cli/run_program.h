@@ -19,8 +19,15 @@ struct ProgramResult {
     std::string err;  ///< stderr
 };
 
+/// How many times longer the program may take than usual.
+#ifdef __SANITIZE_ADDRESS__
+constexpr int kSlowness = 10;
+#else
+constexpr int kSlowness = 1;
+#endif
+
 struct RunLimits {
-    int seconds = 60;                         ///< a run that takes longer counts as hung and is ended
+    int seconds = 60;                         ///< x kSlowness; a run that takes longer counts as hung and is ended
     std::optional<long long> max_file_bytes;  ///< writing beyond fails, as on a full disk
     std::function<bool()> signal_when = {};   ///< asked again and again: once true, the program gets `signal`
     int signal = 9;
