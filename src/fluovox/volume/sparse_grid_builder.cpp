@@ -313,7 +313,7 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
         for (unsigned block = 0; block < 8; ++block) {
             const float bound = bounds[b][block];
             sum += bound;
-            if (bound == 0) continue;
+            if (!(bound > 0)) continue;  // an infinite scale makes no number of an empty background
             const double share = std::ceil(256 * static_cast<double>(bound) / static_cast<double>(brick.bound)) - 1;
             brick.bounds[block] = static_cast<std::uint8_t>(std::clamp(share, 1.0, 255.0));
             if (SparseGrid::bound_of(brick, block) < static_cast<double>(bound)) ++brick.bounds[block];
