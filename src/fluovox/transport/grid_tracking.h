@@ -2,6 +2,7 @@
 
 #include "fluovox/core/rng.h"
 #include "fluovox/transport/roulette.h"
+#include "fluovox/volume/fixed_point.h"
 
 #include <cmath>
 #include <cstdint>
@@ -33,6 +34,12 @@ double counted_tap(const Tap& tap, const Place& place, double bound, std::uint64
     return value;
 }
 
+/// A real collision with a grid.
+struct GridCollision {
+    double t_um = std::numeric_limits<double>::infinity();
+    Voxel voxel;  ///< whose value was taken; only where a BoundVisitor leads
+};
+
 /// Where the first collision is: delta tracking (Woodcock et al., ANL-7050, 1965).
 class CollisionSearch {
 public:
@@ -47,8 +54,8 @@ public:
         return look_inside(begin, end, bound, make_tap());
     }
 
-    /// Micrometres along the ray; infinite when there was none.
-    double found() const { return found_; }
+    /// Infinitely far away when there was none.
+    const GridCollision& found() const { return found_; }
 
     /// Optical depth by the bounds to the next tentative collision.
     double rest() const { return depth_.rest(); }
@@ -66,7 +73,7 @@ public:
             if (local > 0) {
                 const double value = counted_tap(tap, place, local, bits, *counts_);
                 if (value > 0 && rng_->uniform() * local < value) {
-                    found_ = t;
+                    found_ = {t, tap.voxel(place, bits)};
                     return true;
                 }
                 ++counts_->null_collisions;
@@ -81,7 +88,7 @@ private:
     Rng* rng_;
     TrackingCounts* counts_;
     ExponentialDistance depth_;
-    double found_ = std::numeric_limits<double>::infinity();
+    GridCollision found_;
 };
 
 /// Unbiased estimate of the share of light that gets through: ratio tracking (Novak et al., ACM Trans. Graph. 33 (2014)

@@ -3,6 +3,7 @@
 #include "fluovox/medium/phase_function.h"
 #include "fluovox/transport/path_tracer.h"
 #include "fluovox/transport/roulette.h"
+#include "fluovox/transport/shadow_guess.h"
 #include "fluovox/volume/region.h"
 
 #include <algorithm>
@@ -97,8 +98,8 @@ void LineTracer::make_plan(const PathTask& task, LinePlan& plan) const {
     for (std::size_t l = 0; l < scene_->lights.size(); ++l) {
         const double photons = task.light_photons[l][0];
         if (photons <= 0) continue;
-        plan.lights.push_back({l, photons});
-        plan.seeks_sections = plan.seeks_sections || !plan.is_thick || !even_[l];
+        plan.lights.push_back({l, photons, nullptr});
+        plan.seeks_sections = plan.seeks_sections || even_light(plan.lights.back(), plan) == nullptr;
     }
 }
 
@@ -118,7 +119,7 @@ bool LineTracer::find_lit_sections(const Ray& ray, const LinePlan& plan) {
     sections_ = 0;
     const Interval reach = field_->reach(ray, spans_);
     for (const LinePlan::ShiningLight& light : plan.lights) {
-        const bool is_sought = !(plan.is_thick && even_[light.index]);
+        const bool is_sought = even_light(light, plan) == nullptr;
         lit_.emplace_back(scene_->lights[light.index], ray, is_sought ? reach : Interval{0, 0});
         sections_ += lit_.back() ? 1 : 0;
     }
@@ -131,16 +132,16 @@ double LineTracer::lit_pdf(std::size_t light, double t_um) const {
 }
 
 LineTracer::Flight LineTracer::fly(const Ray& ray, const LinePlan& plan, Rng& rng) {
-    Flight flight{kFar, -1, 1};
+    Flight flight{kFar, -1, 1, {}};
     for (const MediumSpan& s : spans_) {
         const double coefficient = lanes_of(*plan.optics, s.medium).scattering[0];
         if (coefficient <= 0) continue;
         const double t = s.span.begin + rng.exponential() / coefficient;
-        if (t < s.span.end && t < flight.t_um) flight = {t, s.medium, 1};
+        if (t < s.span.end && t < flight.t_um) flight = {t, s.medium, 1, {}};
     }
     for (const LinePlan::TrackedGrid& grid : plan.scattering) {
-        const double t = field_->first_collision(grid.medium, ray, flight.t_um, grid.coefficient, rng);
-        if (t < flight.t_um) flight = {t, grid.medium, grid.left};
+        const GridCollision hit = field_->first_collision(grid.medium, ray, flight.t_um, grid.coefficient, rng);
+        if (hit.t_um < flight.t_um) flight = {hit.t_um, grid.medium, grid.left, hit.voxel};
     }
     if (flight.medium >= 0) {
         ++field_->counts().real_collisions;
@@ -161,12 +162,17 @@ double LineTracer::absorption_left(const Ray& ray, double end_um, const LinePlan
 
 double LineTracer::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, double dim,
                                  const LinePlan& plan, Rng& rng) {
+    return track_through(plan.dimming, ray, end_um, depth_of_spans(spans, end_um, plan), dim, rng);
+}
+
+// Optical depth of constant media.
+double LineTracer::depth_of_spans(const std::vector<MediumSpan>& spans, double end_um, const LinePlan& plan) {
     double depth = 0;
     for (const MediumSpan& s : spans) {
         const double coefficient = lanes_of(*plan.optics, s.medium).extinction[0];
         if (coefficient > 0) depth += coefficient * length_before(s.span, end_um);
     }
-    return track_through(plan.dimming, ray, end_um, depth, dim, rng);
+    return depth;
 }
 
 // What gets through an optical depth of constant media and through grids.
@@ -183,6 +189,24 @@ double LineTracer::shadow(Vec3 position, const LightSample& light, double dim, c
     const Ray ray{position, light.to_light};
     if (field_->has_constant()) field_->gather(ray, shadow_spans_);
     return transmittance(ray, shadow_spans_, light.distance_um, dim, plan, rng);
+}
+
+// Of an even light where a flight ended: mostly a guess, sometimes that and its error.
+double LineTracer::even_shadow(Vec3 position, const Flight& flight, const LinePlan::ShiningLight& shining, double dim,
+                               const LinePlan& plan, Rng& rng) {
+    const LightSample& light = *even_[shining.index];
+    if (shining.guess == nullptr || flight.medium != plan.dimming[0].medium)
+        return shadow(position, light, dim, plan, rng);
+    const Ray ray{position, light.to_light};
+    double left = 1;
+    if (field_->has_constant()) {
+        field_->gather(ray, shadow_spans_);
+        left = std::exp(-depth_of_spans(shadow_spans_, light.distance_um, plan));
+    }
+    const auto [guess, chance] = shining.guess->at(position, flight.voxel);
+    if (rng.uniform() >= chance) return left * guess;
+    const double truth = field_->precise_transmittance(flight.medium, ray, plan.dimming[0].coefficient, rng);
+    return left * (guess + (truth - guess) / chance);
 }
 
 // As OpticalField::scattering_density.
@@ -269,10 +293,10 @@ double LineTracer::scattered_here(const Path& path, const Flight& flight, const 
     double total = 0;
     for (std::size_t i = 0; i < plan.lights.size(); ++i) {
         const LinePlan::ShiningLight& shining = plan.lights[i];
-        if (plan.is_thick && even_[shining.index]) {  // it is found here alone
-            const LightSample& light = *even_[shining.index];
-            const double phase = phase_per_sr(scatters, dot(light.to_light, path.ray.direction));
-            total += phase * light.fluence_per_um2 * shining.photons * shadow(position, light, path.dim, plan, rng);
+        if (const LightSample* even = even_light(shining, plan); even != nullptr) {
+            const double phase = phase_per_sr(scatters, dot(even->to_light, path.ray.direction));
+            const double seen = even_shadow(position, flight, shining, path.dim, plan, rng);
+            total += phase * even->fluence_per_um2 * shining.photons * seen;
             continue;
         }
         const double u1 = rng.uniform();

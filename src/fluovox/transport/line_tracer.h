@@ -12,6 +12,7 @@
 
 namespace fluovox {
 
+class ShadowGuess;
 struct PathTask;
 
 /// What the media and lights of a scene do at one wavelength, so that the steps of a path need not look at those that
@@ -26,6 +27,7 @@ struct LinePlan {
     struct ShiningLight {
         std::size_t index = 0;
         double photons = 0;
+        const ShadowGuess* guess = nullptr;  ///< of what gets to where the tracked grid scatters; or null
     };
 
     const PathOptics* optics = nullptr;
@@ -51,12 +53,21 @@ public:
     /// `pdf_per_sr`: see PathTask::pdf_start_per_sr.
     double radiance(const Ray& ray, const LinePlan& plan, int scatterings, double pdf_per_sr, Rng& rng);
 
+    /// How a light of the plan shines wherever paths scatter, where that is the same all over and where light is looked
+    /// for there alone; or null.
+    const LightSample* even_light(const LinePlan::ShiningLight& light, const LinePlan& plan) const {
+        const std::optional<LightSample>& even = even_[light.index];
+        return plan.is_thick && even ? &*even : nullptr;
+    }
+
 private:
-    // Where a stretch ends: the medium that scatters there, or -1; what absorption on the way leaves.
+    // Where a stretch ends: the medium that scatters there, or -1; what absorption on the way leaves; the voxel of its
+    // grid.
     struct Flight {
         double t_um = 0;
         int medium = -1;
         double left = 1;
+        Voxel voxel;
     };
     struct Path {
         Ray ray;
@@ -70,11 +81,14 @@ private:
     bool find_lit_sections(const Ray& ray, const LinePlan& plan);
     double lit_pdf(std::size_t light, double t_um) const;
     Flight fly(const Ray& ray, const LinePlan& plan, Rng& rng);
+    static double depth_of_spans(const std::vector<MediumSpan>& spans, double end_um, const LinePlan& plan);
     double absorption_left(const Ray& ray, double end_um, const LinePlan& plan, Rng& rng);
     double transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, double dim,
                          const LinePlan& plan, Rng& rng);
     double track_through(const std::vector<LinePlan::TrackedGrid>& grids, const Ray& ray, double end_um, double depth,
                          double dim, Rng& rng);
+    double even_shadow(Vec3 position, const Flight& flight, const LinePlan::ShiningLight& shining, double dim,
+                       const LinePlan& plan, Rng& rng);
     double shadow(Vec3 position, const LightSample& light, double dim, const LinePlan& plan, Rng& rng);
     double scattering_density(const Ray& ray, double t_um, const LinePlan& plan) const;
     double seen_along(const Path& path, bool may_scatter, const LinePlan& plan, Rng& rng);

@@ -1,6 +1,7 @@
 #include "fluovox/transport/optical_field.h"
 
 #include "fluovox/volume/bound_visitor.h"
+#include "fluovox/volume/grid_integral.h"
 #include "fluovox/volume/majorant_walk.h"
 #include "fluovox/volume/plain_walk.h"
 
@@ -29,6 +30,7 @@ struct WalkTap {
     double at(double t) const { return t; }
     double local_bound(double /*t*/, double bound, std::uint64_t /*bits*/) const { return bound; }
     double value(double t, std::uint64_t bits) const { return walk->tap(t, bits); }
+    static Voxel voxel(double /*t*/, std::uint64_t /*bits*/) { return {}; }
 };
 
 // `whole` without `cut`; what is left may be two pieces.
@@ -206,8 +208,8 @@ void OpticalField::track(int medium, const Ray& ray, double end_um, double coeff
 }
 
 // All that the inner loops call lies in the one function of each: their numbers need not go through memory.
-[[gnu::flatten]] double OpticalField::first_collision(int medium, const Ray& ray, double end_um, double coefficient,
-                                                      Rng& rng) {
+[[gnu::flatten]] GridCollision OpticalField::first_collision(int medium, const Ray& ray, double end_um,
+                                                             double coefficient, Rng& rng) {
     CollisionSearch search(coefficient, rng, counts_);
     track(medium, ray, end_um, coefficient, search);
     return search.found();
@@ -218,6 +220,17 @@ void OpticalField::track(int medium, const Ray& ray, double end_um, double coeff
     RatioTracking tracking(coefficient, dim, rng, counts_);
     track(medium, ray, end_um, coefficient, tracking);
     return tracking.left();
+}
+
+double OpticalField::precise_transmittance(int medium, const Ray& ray, double coefficient, Rng& rng) {
+    constexpr double kDark = 3;
+    GridIntegral integral(kDark / coefficient);
+    integral.add(*ways_[static_cast<std::size_t>(medium)].grid, ray);
+    counts_.grid_lookups += integral.lookups();
+    const double depth = coefficient * integral.total();
+    if (depth < kDark) return std::exp(-depth);
+    const Ray rest{ray.at(integral.end()), ray.direction};
+    return std::exp(-depth) * ratio_transmittance(medium, rest, kFar, coefficient, 1, rng);
 }
 
 template <class Walk>

@@ -91,9 +91,12 @@ public:
     Interval reach(const Ray& ray, const std::vector<MediumSpan>& spans) const;
 
     /// The same for one wavelength (lane 0), with one grid and coefficient: see grid_tracking.h.
-    double first_collision(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng);
+    GridCollision first_collision(int medium, const Ray& ray, double end_um, double coefficient, Rng& rng);
     /// `dim`: see RatioTracking.
     double ratio_transmittance(int medium, const Ray& ray, double end_um, double coefficient, double dim, Rng& rng);
+    /// The same to the end of the grid, which must have a directory of bricks: without noise, but where hardly any
+    /// light gets through. Takes many times as long.
+    double precise_transmittance(int medium, const Ray& ray, double coefficient, Rng& rng);
 
     const Scene& scene() const { return *scene_; }
     /// Indices of the media with a grid.

@@ -27,17 +27,24 @@ Lanes PathRadiance::converted() const {
     return total;
 }
 
-PathTracer::PathTracer(const Scene& scene, const Illumination& illumination)
+PathTask line_task(const Illumination::Line& line, const PathOptics& optics) {
+    PathTask task;
+    task.optics = &optics;
+    for (const double photons : line.photons)
+        task.light_photons.emplace_back(1, photons);
+    return task;
+}
+
+PathTracer::PathTracer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows)
     : scene_(&scene), illumination_(&illumination), field_(scene), line_tracer_(scene, field_) {
     for (const Illumination::Line& line : illumination.lines()) {
         line_optics_.push_back(field_.optics(Wavelengths::one(line.wavelength_nm)));
     }
     for (std::size_t i = 0; i < line_optics_.size(); ++i) {
-        PathTask task;
-        task.optics = &line_optics_[i];
-        for (const double photons : illumination.lines()[i].photons)
-            task.light_photons.emplace_back(1, photons);
-        line_tracer_.make_plan(task, line_plans_.emplace_back());
+        LinePlan& plan = line_plans_.emplace_back();
+        line_tracer_.make_plan(line_task(illumination.lines()[i], line_optics_[i]), plan);
+        for (LinePlan::ShiningLight& light : plan.lights)
+            light.guess = shadows.find(i, light.index);
     }
     for (const Light& light : scene.lights) {
         has_far_lights_ = has_far_lights_ || std::holds_alternative<UniformLight>(light.shape) ||

@@ -7,6 +7,7 @@
 #include "fluovox/spectral/lanes.h"
 #include "fluovox/transport/direction_lobes.h"
 #include "fluovox/transport/illumination.h"
+#include "fluovox/transport/light_shadows.h"
 #include "fluovox/transport/line_tracer.h"
 #include "fluovox/transport/optical_field.h"
 #include "fluovox/transport/source_table.h"
@@ -38,6 +39,9 @@ struct PathTask {
     double pdf_start_per_sr = 0;  ///< density the first direction was drawn with, where lights were also sampled; or 0
 };
 
+/// Light of a laser line that was not converted, all of it.
+PathTask line_task(const Illumination::Line& line, const PathOptics& optics);
+
 /// The unbiased reference estimator, from the camera backward. On each ray it adds up
 /// - emitters hit (rectangles; uniform light where the path leaves),
 /// - light of the sources scattered once on the way here: sampled at the path's own vertices and along the stretch that
@@ -50,7 +54,8 @@ struct PathTask {
 /// Several emission wavelengths share a path by spectral multiple importance sampling (Wilkie et al. 2014).
 class PathTracer {
 public:
-    PathTracer(const Scene& scene, const Illumination& illumination);
+    /// `shadows` spare rays to the lights; they change no expectation.
+    PathTracer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows = {});
 
     /// One unbiased estimate of the radiance that arrives at the origin of `ray` from
     /// its direction.

@@ -6,9 +6,10 @@
 
 namespace fluovox {
 
-PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illumination, Sought sought)
+PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows,
+                             Sought sought)
     : scene_(&scene),
-      tracer_(scene, illumination),
+      tracer_(scene, illumination, shadows),
       camera_(scene.description.camera),
       response_(scene.description.film, scene.description.render.filter),
       orders_(scene.description.render.fluorescence_orders.value_or(PathTask::kNoLimit)),

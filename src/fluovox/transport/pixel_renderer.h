@@ -20,7 +20,9 @@ public:
     /// What of the light is looked for; layers of other light stay zero.
     enum class Sought { All, Elastic };
 
-    PixelRenderer(const Scene& scene, const Illumination& illumination, Sought sought = Sought::All);
+    /// `shadows`: see PathTracer; they must outlive it.
+    PixelRenderer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows,
+                  Sought sought = Sought::All);
 
     /// One sample of a pixel (row x width + column) with the random numbers of number `sample`: a value for each layer
     /// and channel, in the order of Film::add. Holds until the next call.

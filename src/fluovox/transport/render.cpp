@@ -83,7 +83,10 @@ RenderResult render(const Scene& scene, Progress& progress) {
         return render_by_pixels(scene, progress, [&] { return CollisionPaths(scene, illumination); });
     }
     require_samplable_by_path(scene);
-    return render_by_pixels(scene, progress, [&] { return PixelRenderer(scene, illumination); });
+    const auto& camera = scene.description.camera;
+    const std::int64_t pixels = std::int64_t{camera.width} * camera.height;
+    const LightShadows shadows(scene, illumination, pixels * scene.description.render.samples);
+    return render_by_pixels(scene, progress, [&] { return PixelRenderer(scene, illumination, shadows); });
 }
 
 }  // namespace fluovox

@@ -120,7 +120,7 @@ private:
 
     // Light that was not converted.
     void add_elastic(Samples samples) {
-        add_paths(samples, [&] { return PixelRenderer(*scene_, illumination_, PixelRenderer::Sought::Elastic); });
+        add_paths(samples, [&] { return PixelRenderer(*scene_, illumination_, {}, PixelRenderer::Sought::Elastic); });
     }
 
     void add_fluorescence(std::uint64_t batch, Samples samples) {

@@ -57,6 +57,8 @@ private:
 
     // Look-ups in the brick of a stretch need not start at the root.
     struct Tap {
+        static constexpr int kSize = SparseGrid::kBrickSize;
+
         const SparseGrid* grid;
         const Vec3 *origin, *direction;
         Voxel first;  // brick of the stretch, or that at the corner of the box
@@ -75,11 +77,33 @@ private:
 
         double value(const FixedPoint& place, std::uint64_t bits) const {
             const Voxel voxel = place.rounded(bits);
-            constexpr int kSize = SparseGrid::kBrickSize;
             if (brick != nullptr && static_cast<unsigned>(voxel.x | voxel.y | voxel.z) < kSize)
                 return static_cast<double>(grid->value_in(*brick, voxel));
-            return static_cast<double>(
-                grid->value_in_box({kSize * first.x + voxel.x, kSize * first.y + voxel.y, kSize * first.z + voxel.z}));
+            return static_cast<double>(grid->value_in_box(in_box(voxel)));
+        }
+
+        /// The voxel of that value.
+        Voxel voxel(const FixedPoint& place, std::uint64_t bits) const {
+            const Voxel from_corner = in_box(place.rounded(bits));
+            const Voxel corner = grid->occupied_min_;
+            return {corner.x + from_corner.x, corner.y + from_corner.y, corner.z + from_corner.z};
+        }
+
+        // What GridIntegral asks for, in voxels counted from the corner of the box of bricks.
+        Vec3 origin_in_voxels() const { return kSize * *origin; }
+        Vec3 voxels_per_um() const { return kSize * *direction; }
+        /// Of a corner of the cell between eight voxels: 4, 2 and 1 for the upper ones along x, y and z.
+        float value(Voxel low, unsigned corner) const {
+            const Voxel voxel{low.x + static_cast<int>(corner >> 2U), low.y + static_cast<int>((corner >> 1U) & 1U),
+                              low.z + static_cast<int>(corner & 1U)};
+            const Voxel from_first{voxel.x - kSize * first.x, voxel.y - kSize * first.y, voxel.z - kSize * first.z};
+            if (brick != nullptr && static_cast<unsigned>(from_first.x | from_first.y | from_first.z) < kSize)
+                return grid->value_in(*brick, from_first);
+            return grid->value_in_box(voxel);
+        }
+
+        Voxel in_box(Voxel from_first) const {
+            return {kSize * first.x + from_first.x, kSize * first.y + from_first.y, kSize * first.z + from_first.z};
         }
     };
 

@@ -109,6 +109,7 @@ private:
     friend class SparseGridBuilder;
     friend class MajorantWalk;
     friend class BoundVisitor;
+    friend class ShadowGrid;
 
     /// Children at or above this are constants, not blocks.
     static constexpr std::uint16_t kConstants = 0xfe00;

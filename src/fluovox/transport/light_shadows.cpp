@@ -1,0 +1,45 @@
+#include "fluovox/transport/light_shadows.h"
+
+#include "fluovox/transport/film_response.h"
+#include "fluovox/transport/line_tracer.h"
+#include "fluovox/transport/path_tracer.h"
+
+namespace fluovox {
+namespace {
+
+// The time of one path makes the shadows of about so many voxels.
+constexpr double kVoxelsPerPath = 16;
+
+// The grid that alone dims and scatters the light; null where there is no such.
+const SparseGrid* only_grid(const Scene& scene, const LinePlan& plan) {
+    if (plan.dimming.size() != 1 || plan.scattering.size() != 1) return nullptr;
+    const SparseGrid& grid = *scene.media[static_cast<std::size_t>(plan.dimming[0].medium)].grid;
+    return grid.has_directory() && grid.background() == 0 ? &grid : nullptr;
+}
+
+}  // namespace
+
+LightShadows::LightShadows(const Scene& scene, const Illumination& illumination, std::int64_t paths) {
+    const RenderDescription& render = scene.description.render;
+    if (render.plain_tracking || render.max_scatterings == 0) return;
+    const FilmResponse film(scene.description.film, render.filter);
+    OpticalField field(scene);
+    const LineTracer tracer(scene, field);
+    for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
+        const Illumination::Line& line = illumination.lines()[i];
+        if (!film.sees(line.wavelength_nm)) continue;
+        const PathOptics optics = field.optics(Wavelengths::one(line.wavelength_nm));
+        LinePlan plan;
+        tracer.make_plan(line_task(line, optics), plan);
+        const SparseGrid* grid = only_grid(scene, plan);
+        if (grid == nullptr || static_cast<double>(grid->active_voxels()) > kVoxelsPerPath * static_cast<double>(paths))
+            continue;
+        for (const LinePlan::ShiningLight& light : plan.lights) {
+            const LightSample* even = tracer.even_light(light, plan);
+            if (even == nullptr || guesses_.size() == kMost) continue;
+            guesses_.try_emplace({i, light.index}, *grid, even->to_light, plan.dimming[0].coefficient);
+        }
+    }
+}
+
+}  // namespace fluovox

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "fluovox/core/vec.h"
+#include "fluovox/volume/fixed_point.h"
+#include "fluovox/volume/shadow_grid.h"
+#include "fluovox/volume/sparse_grid.h"
+
+#include <array>
+#include <cstddef>
+
+namespace fluovox {
+
+/// A guess of how much of a collimated light gets through a grid to where it scatters, and how seldom that needs to be
+/// corrected. With the chance p of a correction, guess + (truth - guess) / p has the expectation of the truth, whatever
+/// the guess is (a control variate, its rest by Russian roulette): a good one saves most of the rays to the light, and
+/// their noise. A correction may be negative.
+class ShadowGuess {
+public:
+    struct Guess {
+        double share = 0;   ///< of the light, 0 to 1
+        double chance = 1;  ///< with which it is to be corrected: above 0
+    };
+
+    /// `grid`, `to_light`, `coefficient`: see ShadowGrid. A few hundred voxels tell how far guesses are off.
+    ShadowGuess(const SparseGrid& grid, Vec3 to_light, double coefficient);
+
+    /// See ShadowGrid::guess.
+    Guess at(Vec3 world_um, Voxel voxel) const {
+        const double share = shadows_.guess(world_um, voxel);
+        return {share, chances_[bin_of(share)]};
+    }
+
+    std::size_t memory_bytes() const { return shadows_.memory_bytes(); }
+
+private:
+    static constexpr std::size_t kBins = 16;
+
+    // Where little gets through, errors are small.
+    static std::size_t bin_of(double share);
+    void find_chances(const SparseGrid& grid, Vec3 to_light, double coefficient);
+
+    ShadowGrid shadows_;
+    std::array<double, kBins> chances_{};  // by the share that is guessed
+};
+
+}  // namespace fluovox

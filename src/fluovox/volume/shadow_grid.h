@@ -1,0 +1,50 @@
+#pragma once
+
+#include "fluovox/core/huge_pages.h"
+#include "fluovox/core/vec.h"
+#include "fluovox/volume/fixed_point.h"
+#include "fluovox/volume/sparse_grid.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace fluovox {
+
+/// How much of a collimated light gets through a grid to each of its voxels that are not zero, in steps of 1/255: a
+/// good guess for the points around them, not the truth. Optical depths are summed along lines of the light one voxel
+/// apart, slice by slice, in one pass over the voxels (as deep shadow maps have it: Lokovic & Veach, SIGGRAPH 2000,
+/// 385). Immutable: any number of threads may read it.
+class ShadowGrid {
+public:
+    /// `grid` must have a directory of bricks and no background, and outlive this. `to_light`: unit direction in the
+    /// world. `coefficient`: extinction, per um and unit of the grid's value.
+    ShadowGrid(const SparseGrid& grid, Vec3 to_light, double coefficient);
+
+    /// The share of light (0 to 1) that gets to a point between voxel centres. `voxel`: one around it that is not zero,
+    /// for where the nearest one is.
+    double guess(Vec3 world_um, Voxel voxel) const;
+
+    /// Some hundred of those voxels, from all over the grid; all of them where there are fewer.
+    const std::vector<Voxel>& spots() const { return spots_; }
+    std::size_t memory_bytes() const { return shares_.size() + of_blocks_.size(); }
+
+private:
+    class Sweep;
+
+    // A voxel; its value, 0 where there is nothing; the share of light at the centre of another one in its block.
+    struct Shaded {
+        float value = 0;
+        std::uint8_t share = 0;
+        Voxel at;
+    };
+    Shaded look(Voxel voxel) const;
+
+    const SparseGrid* grid_;
+    Vec3 deeper_;                          // optical depth per unit of value for a voxel's step along each axis
+    HugePageVector<std::uint8_t> shares_;  // by the place of the voxel's code
+    std::vector<Voxel> spots_;
+    std::vector<std::uint8_t> of_blocks_;  // eight per brick: at the middle voxel of constant blocks
+};
+
+}  // namespace fluovox
