@@ -26,21 +26,17 @@ public:
 
     /// See ShadowGrid::guess.
     Guess at(Vec3 world_um, Voxel voxel) const {
-        const double share = shadows_.guess(world_um, voxel);
-        return {share, chances_[bin_of(share)]};
+        const auto [share, level] = shadows_.guess(world_um, voxel);
+        return {share, chances_[level]};
     }
 
     std::size_t memory_bytes() const { return shadows_.memory_bytes(); }
 
 private:
-    static constexpr std::size_t kBins = 16;
-
-    // Where little gets through, errors are small.
-    static std::size_t bin_of(double share);
     void find_chances(const SparseGrid& grid, Vec3 to_light, double coefficient);
 
     ShadowGrid shadows_;
-    std::array<double, kBins> chances_{};  // by the share that is guessed
+    std::array<double, 256> chances_{};  // by the level of a guess
 };
 
 }  // namespace fluovox

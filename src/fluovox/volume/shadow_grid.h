@@ -17,13 +17,18 @@ namespace fluovox {
 /// 385). Immutable: any number of threads may read it.
 class ShadowGrid {
 public:
+    struct Guess {
+        double share = 0;        ///< of the light that gets there, 0 to 1
+        std::uint8_t level = 0;  ///< that of the voxel's centre, in 1/255
+    };
+
     /// `grid` must have a directory of bricks and no background, and outlive this. `to_light`: unit direction in the
     /// world. `coefficient`: extinction, per um and unit of the grid's value.
     ShadowGrid(const SparseGrid& grid, Vec3 to_light, double coefficient);
 
-    /// The share of light (0 to 1) that gets to a point between voxel centres. `voxel`: one around it that is not zero,
+    /// At a point between voxel centres. `voxel`: one around it that is not zero,
     /// for where the nearest one is.
-    double guess(Vec3 world_um, Voxel voxel) const;
+    Guess guess(Vec3 world_um, Voxel voxel) const;
 
     /// Some hundred of those voxels, from all over the grid; all of them where there are fewer.
     const std::vector<Voxel>& spots() const { return spots_; }

@@ -1,0 +1,231 @@
+// Guesses of how much light gets to where paths scatter: near the truth, and of no weight where they are not.
+
+#include "fluovox/transport/light_shadows.h"
+#include "fluovox/volume/grid_integral.h"
+#include "fluovox/volume/shadow_grid.h"
+
+#include "path_kit.h"
+#include "random_grids.h"
+#include "scene_kit.h"
+#include "statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace fluovox {
+namespace {
+
+using testing::random_affine;
+using testing::RunningMean;
+using testing::z_score;
+
+// The integral of the field along a ray by the places where it passes from cell to cell.
+template <class Rule>
+double slow_integral(const SparseGrid& grid, const Ray& ray, double end_um, const Rule& rule) {
+    const Vec3 origin = grid.index_from_world().point(ray.origin);
+    const Vec3 speed = grid.index_from_world().direction(ray.direction);
+    std::vector<double> places = {0, end_um};
+    for (int axis = 0; axis < 3; ++axis) {
+        if (speed[axis] == 0) continue;
+        const double last = origin[axis] + end_um * speed[axis];
+        for (double plane = std::ceil(std::min(origin[axis], last)); plane < std::max(origin[axis], last); ++plane)
+            places.push_back((plane - origin[axis]) / speed[axis]);
+    }
+    std::sort(places.begin(), places.end());
+    double total = 0;
+    for (std::size_t i = 1; i < places.size(); ++i)
+        total += rule(places[i - 1], places[i], [&](double t) { return grid.trilinear(ray.at(t)); });
+    return total;
+}
+
+constexpr auto kSimpson = [](double a, double b, const auto& f) {
+    return (b - a) / 6 * (f(a) + 4 * f(0.5 * (a + b)) + f(b));
+};
+constexpr auto kMidpoint = [](double a, double b, const auto& f) { return (b - a) * f(0.5 * (a + b)); };
+
+// The largest error, as a share of what is there.
+template <class Rule>
+double worst_integral(const Rule& rule) {
+    double worst = 0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        Rng rng(seed, 0, 0);
+        const SparseGrid grid = testing::random_grid(rng, seed == 1 ? Affine{} : random_affine(rng), 0);
+        for (int n = 0; n < 30; ++n) {
+            const Ray ray = testing::random_ray(grid, n, rng);
+            const double slow = slow_integral(grid, ray, 2000, rule);
+            worst = std::max(worst, std::abs(integral_along(grid, ray) - slow) / std::max(slow, 1.0));
+        }
+    }
+    return worst;
+}
+
+TEST(GridIntegral, IsWhatSimpsonsRuleGivesCellByCell) {
+    EXPECT_LT(worst_integral(kSimpson), 1e-6);
+}
+
+TEST(GridIntegral, TheMiddleOfEachCellWouldNotDo) {
+    EXPECT_GT(worst_integral(kMidpoint), 1e-3);
+}
+
+TEST(GridIntegral, MayEndOnceItIsEnough) {
+    Rng rng(7, 0, 0);
+    const SparseGrid grid = testing::random_grid(rng, {}, 0);
+    int ended = 0;
+    for (int n = 0; n < 200; ++n) {
+        const Ray ray = testing::random_ray(grid, n, rng);
+        const double all = integral_along(grid, ray);
+        GridIntegral integral(5);
+        integral.add(grid, ray);
+        if (integral.total() < 5) {
+            EXPECT_DOUBLE_EQ(integral.total(), all);
+            continue;
+        }
+        ++ended;
+        const double rest = integral_along(grid, {ray.at(integral.end()), ray.direction});
+        EXPECT_NEAR(integral.total() + rest, all, 1e-6 * all);
+    }
+    EXPECT_GT(ended, 10);
+}
+
+// A thick tube with a soft surface that goes across, and a massive lump.
+SparseGrid specimen(const Affine& world_from_index) {
+    const auto value = [](Voxel v) {
+        const auto soft = [](double inside) { return std::clamp(inside, 0.0, 1.0); };
+        const double tube = 3.5 - std::hypot(v.x - 30.0, v.y - 20.0 - 0.3 * v.z);
+        const double lump = 12 - std::hypot(v.x - 40.0, v.y - 45.0, v.z - 20.0);
+        return std::max(soft(tube), 0.6 * soft(lump));
+    };
+    return SparseGrid::from_function({-8, 0, 0}, {72, 64, 64}, world_from_index, value);
+}
+
+// Root mean square error of guesses in and around voxels, of light that comes from `to_light`.
+double guess_error(const SparseGrid& grid, Vec3 made_for, Vec3 to_light, double coefficient) {
+    const ShadowGrid shadows(grid, made_for, coefficient);
+    EXPECT_GT(shadows.spots().size(), 400U);
+    Rng rng(3, 0, 0);
+    RunningMean squares;
+    for (const Voxel& spot : shadows.spots()) {
+        EXPECT_GT(grid.value(spot), 0);
+        const auto beside = [&](int at) { return at + rng.uniform() - 0.5; };
+        const Vec3 world = grid.world_from_index().point({beside(spot.x), beside(spot.y), beside(spot.z)});
+        const double truth = std::exp(-coefficient * integral_along(grid, {world, to_light}));
+        const double guess = shadows.guess(world, spot).share;
+        EXPECT_GE(guess, 0);
+        EXPECT_LE(guess, 1);
+        squares.add((guess - truth) * (guess - truth));
+    }
+    return std::sqrt(squares.mean);
+}
+
+TEST(ShadowGrid, GuessesWithinAFewPercentWhereverLightComesFrom) {
+    Rng rng(5, 0, 0);
+    std::vector<Vec3> directions = {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}, normalized(Vec3{-1, 1, 1})};
+    for (int i = 0; i < 12; ++i)
+        directions.push_back(sample_isotropic(rng.uniform(), rng.uniform()));
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        const SparseGrid grid = specimen(i % 2 == 0 ? Affine{} : random_affine(rng));
+        EXPECT_LT(guess_error(grid, directions[i], directions[i], 0.2), 0.07) << i;
+        // Light from elsewhere is not what was asked for.
+        EXPECT_GT(guess_error(grid, -directions[i], directions[i], 0.2), 0.1) << i;
+    }
+}
+
+constexpr double kScattering = 0.25;
+
+// The specimen in light from the side, with a thin medium all around it or without.
+Scene lit_specimen(double scattering, double around = 0) {
+    Scene scene;
+    scene.media = {testing::host(specimen({}), scattering, 0.01)};
+    if (around > 0) scene.media.push_back(testing::host(SphereRegion{{32, 32, 32}, 60}, around, 0.2 * around));
+    SheetLight sheet;
+    sheet.direction = normalized(Vec3{0.48, 0.36, -0.8});
+    sheet.normal = normalized(cross(sheet.direction, Vec3{0, 1, 0}));
+    sheet.position = sheet.waist = Vec3{32, 32, 32} - 300 * sheet.direction;
+    sheet.width_um = sheet.thickness_um = 400;
+    sheet.profile = BeamProfile::Box;
+    scene.lights = {testing::laser(sheet, 488, 1)};
+    scene.description.film = testing::spectrometer(487, 489, 1);
+    return scene;
+}
+
+constexpr std::int64_t kManyPaths = 1'000'000;
+
+struct Seen {
+    RunningMean radiance;
+    TrackingCounts counts;
+};
+
+// Radiance of the specimen from one side. `guessed`: what the guesses are made for.
+Seen look_at(const Scene& scene, const LightShadows& shadows, std::uint64_t seed, int samples = 200000) {
+    const Illumination illumination(scene);
+    PathTracer tracer(scene, illumination, shadows);
+    Seen seen;
+    for (int n = 0; n < samples; ++n) {
+        Rng rng(seed, 0, static_cast<std::uint64_t>(n));
+        const Ray ray{{20 + 30 * rng.uniform(), 15 + 40 * rng.uniform(), 100}, {0, 0, -1}};
+        seen.radiance.add(tracer.line_radiance(0, ray, PathTask::kNoLimit, rng));
+    }
+    seen.counts = tracer.field().counts();
+    return seen;
+}
+
+LightShadows shadows_for(const Scene& scene) {
+    return {scene, Illumination(scene), kManyPaths};
+}
+
+double apart(const Seen& a, const Seen& b) {
+    return (a.radiance.mean - b.radiance.mean) / std::hypot(a.radiance.standard_error(), b.radiance.standard_error());
+}
+
+TEST(ShadowGuess, ChangesNoExpectationAndSparesTheRays) {
+    for (const double around : {0.0, 0.005}) {
+        const Scene scene = lit_specimen(kScattering, around);
+        const LightShadows shadows = shadows_for(scene);
+        ASSERT_FALSE(shadows.empty());
+        const Seen guessed = look_at(scene, shadows, 1);
+        const Seen followed = look_at(scene, {}, 2);
+        EXPECT_LT(std::abs(apart(guessed, followed)), 5) << around;
+        EXPECT_LT(guessed.radiance.standard_error(), followed.radiance.standard_error()) << around;
+        EXPECT_LT(2 * guessed.counts.shadow_collisions, followed.counts.shadow_collisions) << around;
+        EXPECT_EQ(guessed.counts.bound_violations, 0);
+        Scene brighter = scene;
+        brighter.lights[0].power_W *= 1.03;
+        EXPECT_GT(std::abs(apart(look_at(brighter, shadows, 1), followed)), 5) << around;
+    }
+}
+
+// Guesses for another medium are bad ones, no more.
+TEST(ShadowGuess, NeedNotBeGood) {
+    const Scene scene = lit_specimen(kScattering);
+    const Scene denser = lit_specimen(4 * kScattering);
+    const Seen guessed = look_at(scene, shadows_for(denser), 3, 600000);
+    EXPECT_LT(std::abs(apart(guessed, look_at(scene, {}, 4))), 5);
+}
+
+TEST(LightShadows, AreMadeOnlyWhereTheyPay) {
+    const Scene good = lit_specimen(kScattering);
+    const auto made = [](const Scene& scene, std::int64_t paths = kManyPaths) {
+        return !LightShadows(scene, Illumination(scene), paths).empty();
+    };
+    EXPECT_TRUE(made(good));
+    EXPECT_FALSE(made(good, 100)) << "few paths";
+    EXPECT_FALSE(made(lit_specimen(1e-4))) << "light is hardly scattered";
+    Scene scene = good;
+    scene.description.render.plain_tracking = true;
+    EXPECT_FALSE(made(scene)) << "the reference";
+    scene = good;
+    scene.description.film = testing::spectrometer(600, 610, 1);
+    EXPECT_FALSE(made(scene)) << "not seen by the film";
+    scene = good;
+    scene.media.push_back(good.media[0]);
+    EXPECT_FALSE(made(scene)) << "two grids";
+    scene = good;
+    std::get<SheetLight>(scene.lights[0].shape).profile = BeamProfile::Gaussian;
+    EXPECT_FALSE(made(scene)) << "light that is brighter here than there";
+}
+
+}  // namespace
+}  // namespace fluovox
