@@ -223,6 +223,10 @@ TEST(LightShadows, AreMadeOnlyWhereTheyPay) {
     scene.media.push_back(good.media[0]);
     EXPECT_FALSE(made(scene)) << "two grids";
     scene = good;
+    const auto corners = [](Voxel v) { return v.x + v.y == 0 || v.x + v.y == 1098 ? 1.0 : 0.0; };
+    scene.media = {testing::host(SparseGrid::from_function({0, 0, 0}, {550, 550, 8}, {}, corners), 1, 0.01)};
+    EXPECT_FALSE(made(scene)) << "almost empty";
+    scene = good;
     std::get<SheetLight>(scene.lights[0].shape).profile = BeamProfile::Gaussian;
     EXPECT_FALSE(made(scene)) << "light that is brighter here than there";
 }

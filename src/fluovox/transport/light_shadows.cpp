@@ -9,12 +9,17 @@ namespace {
 
 // The time of one path makes the shadows of about so many voxels.
 constexpr double kVoxelsPerPath = 16;
+// Of a wide and almost empty box the lines of light would take more memory than the grid.
+constexpr double kLinesPerVoxel = 4;
+constexpr double kFewLines = 1e6;
 
-// The grid that alone dims and scatters the light; null where there is no such.
+// The grid that alone dims and scatters the light; null where there is no such, or none to guess in.
 const SparseGrid* only_grid(const Scene& scene, const LinePlan& plan) {
     if (plan.dimming.size() != 1 || plan.scattering.size() != 1) return nullptr;
     const SparseGrid& grid = *scene.media[static_cast<std::size_t>(plan.dimming[0].medium)].grid;
-    return grid.has_directory() && grid.background() == 0 ? &grid : nullptr;
+    if (!grid.has_directory() || grid.background() > 0) return nullptr;
+    const double most = kFewLines + kLinesPerVoxel * static_cast<double>(grid.active_voxels());
+    return ShadowGrid::most_lines(grid) <= most ? &grid : nullptr;
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ public:
     enum class Sought { All, Elastic };
 
     /// `shadows`: see PathTracer; they must outlive it.
-    PixelRenderer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows,
+    PixelRenderer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows = {},
                   Sought sought = Sought::All);
 
     /// One sample of a pixel (row x width + column) with the random numbers of number `sample`: a value for each layer

@@ -225,6 +225,14 @@ ShadowGrid::ShadowGrid(const SparseGrid& grid, Vec3 to_light, double coefficient
     Sweep(*this, travel, coefficient).run();
 }
 
+double ShadowGrid::most_lines(const SparseGrid& grid) {
+    const Voxel n = grid.brick_count_;
+    const auto across = [](int along, int u, int v) {
+        return static_cast<double>(along + u) * (along + v) * SparseGrid::kBrickSize * SparseGrid::kBrickSize;
+    };
+    return std::max({across(n.x, n.y, n.z), across(n.y, n.x, n.z), across(n.z, n.x, n.y)});
+}
+
 ShadowGrid::Guess ShadowGrid::guess(Vec3 world_um, Voxel voxel) const {
     const Vec3 index = grid_->index_from_world().point(world_um);
     Shaded near = look({floor_to_int(index.x + 0.5), floor_to_int(index.y + 0.5), floor_to_int(index.z + 0.5)});

@@ -26,6 +26,9 @@ public:
     /// world. `coefficient`: extinction, per um and unit of the grid's value.
     ShadowGrid(const SparseGrid& grid, Vec3 to_light, double coefficient);
 
+    /// It takes at most so many lines, of 4 bytes each, to make one, whatever the direction.
+    static double most_lines(const SparseGrid& grid);
+
     /// At a point between voxel centres. `voxel`: one around it that is not zero,
     /// for where the nearest one is.
     Guess guess(Vec3 world_um, Voxel voxel) const;
