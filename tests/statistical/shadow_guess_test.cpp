@@ -112,7 +112,7 @@ double guess_error(const SparseGrid& grid, Vec3 made_for, Vec3 to_light, double 
         const auto beside = [&](int at) { return at + rng.uniform() - 0.5; };
         const Vec3 world = grid.world_from_index().point({beside(spot.x), beside(spot.y), beside(spot.z)});
         const double truth = std::exp(-coefficient * integral_along(grid, {world, to_light}));
-        const double guess = shadows.guess(world, spot).share;
+        const double guess = ShadowGrid::guess(shadows.find(world, spot)).share;
         EXPECT_GE(guess, 0);
         EXPECT_LE(guess, 1);
         squares.add((guess - truth) * (guess - truth));

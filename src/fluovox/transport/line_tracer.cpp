@@ -191,22 +191,32 @@ double LineTracer::shadow(Vec3 position, const LightSample& light, double dim, c
     return transmittance(ray, shadow_spans_, light.distance_um, dim, plan, rng);
 }
 
-// Of an even light where a flight ended: mostly a guess, sometimes that and its error.
-double LineTracer::even_shadow(Vec3 position, const Flight& flight, const LinePlan::ShiningLight& shining, double dim,
-                               const LinePlan& plan, Rng& rng) {
+// Light whose share is guessed: it is only looked up here, and added when it has come from memory.
+void LineTracer::await(const Path& path, const Flight& flight, Vec3 position, const LinePlan::ShiningLight& shining,
+                       double worth, const LinePlan& plan) {
     const LightSample& light = *even_[shining.index];
-    if (shining.guess == nullptr || flight.medium != plan.dimming[0].medium)
-        return shadow(position, light, dim, plan, rng);
-    const Ray ray{position, light.to_light};
-    double left = 1;
     if (field_->has_constant()) {
-        field_->gather(ray, shadow_spans_);
-        left = std::exp(-depth_of_spans(shadow_spans_, light.distance_um, plan));
+        field_->gather({position, light.to_light}, shadow_spans_);
+        worth *= std::exp(-depth_of_spans(shadow_spans_, light.distance_um, plan));
     }
-    const auto [guess, chance] = shining.guess->at(position, flight.voxel);
-    if (rng.uniform() >= chance) return left * guess;
-    const double truth = field_->precise_transmittance(flight.medium, ray, plan.dimming[0].coefficient, rng);
-    return left * (guess + (truth - guess) / chance);
+    awaited_.push_back(
+        {shining.guess, shining.guess->find(position, flight.voxel), {position, light.to_light}, path.beta * worth});
+}
+
+// What was awaited: mostly guesses, sometimes one with what it was wrong by.
+double LineTracer::add_awaited(const LinePlan& plan, Rng& rng) {
+    double total = 0;
+    for (const Awaited& light : awaited_) {
+        const auto [guess, chance] = light.guess->at(light.place);
+        double share = guess;
+        if (rng.uniform() < chance) {
+            const LinePlan::TrackedGrid& grid = plan.dimming[0];
+            share += (field_->precise_transmittance(grid.medium, light.ray, grid.coefficient, rng) - guess) / chance;
+        }
+        total += light.worth * share;
+    }
+    awaited_.clear();
+    return total;
 }
 
 // As OpticalField::scattering_density.
@@ -286,7 +296,7 @@ double LineTracer::scattered_once(const Path& path, const LinePlan& plan, Rng& r
            shadow(position, *light, path.dim, plan, rng);
 }
 
-// Light scattered at the path's own vertex.
+// Light scattered at the path's own vertex, but for what is awaited.
 double LineTracer::scattered_here(const Path& path, const Flight& flight, const LinePlan& plan, Rng& rng) {
     const Vec3 position = path.ray.at(flight.t_um);
     const PhaseFunction& scatters = scene_->media[static_cast<std::size_t>(flight.medium)].phase;
@@ -295,8 +305,12 @@ double LineTracer::scattered_here(const Path& path, const Flight& flight, const 
         const LinePlan::ShiningLight& shining = plan.lights[i];
         if (const LightSample* even = even_light(shining, plan); even != nullptr) {
             const double phase = phase_per_sr(scatters, dot(even->to_light, path.ray.direction));
-            const double seen = even_shadow(position, flight, shining, path.dim, plan, rng);
-            total += phase * even->fluence_per_um2 * shining.photons * seen;
+            const double worth = phase * even->fluence_per_um2 * shining.photons;
+            if (shining.guess != nullptr && flight.medium == plan.dimming[0].medium) {
+                await(path, flight, position, shining, worth, plan);
+            } else {
+                total += path.beta * worth * shadow(position, *even, path.dim, plan, rng);
+            }
             continue;
         }
         const double u1 = rng.uniform();
@@ -311,7 +325,7 @@ double LineTracer::scattered_here(const Path& path, const Flight& flight, const 
             weight = density / (density + other);
         }
         const double seen = shadow(position, *light, path.dim, plan, rng);
-        total += weight * phase * light->fluence_per_um2 * shining.photons * seen;
+        total += path.beta * weight * phase * light->fluence_per_um2 * shining.photons * seen;
     }
     return total;
 }
@@ -335,28 +349,28 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
                                              Rng& rng) {
     Path path{ray, pdf_per_sr};
     int left = scatterings;
-    double beta = 1;
     double total = 0;
     for (;;) {
         if (field_->has_constant()) field_->gather(path.ray, spans_);
-        total += beta * seen_along(path, left > 0, plan, rng);
+        total += path.beta * seen_along(path, left > 0, plan, rng);
         if (left == 0 && !has_surround_) break;
         const Flight flight = fly(path.ray, plan, rng);
+        total += add_awaited(plan, rng);
         if (flight.medium < 0) {
-            if (has_surround_) total += beta * from_surround(path, plan, rng);
+            if (has_surround_) total += path.beta * from_surround(path, plan, rng);
             break;
         }
         if (left == 0) break;
         if (left != PathTask::kNoLimit) --left;
-        beta *= flight.left;
-        if (beta <= 0) break;
-        total += beta * scattered_here(path, flight, plan, rng);
+        path.beta *= flight.left;
+        if (path.beta <= 0) break;
+        total += scattered_here(path, flight, plan, rng);
 
-        if (!survives(beta, kFaintPath, rng)) break;
+        if (!survives(path.beta, kFaintPath, rng)) break;
         turn(path, flight, rng);
         path.dim = plan.dim_later;
     }
-    return total;
+    return total + add_awaited(plan, rng);
 }
 
 }  // namespace fluovox

@@ -5,6 +5,7 @@
 #include "fluovox/optics/light_sampling.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/transport/optical_field.h"
+#include "fluovox/volume/shadow_grid.h"
 
 #include <cstddef>
 #include <optional>
@@ -73,6 +74,14 @@ private:
         Ray ray;
         double pdf_per_sr = 0;  // of the direction, where lights were sampled from the same point; else 0
         double dim = kDim;      // for its transmittances: see RatioTracking
+        double beta = 1;        // what light at its origin is worth
+    };
+    // Light that is scattered at a vertex, once it is known how much of it gets there.
+    struct Awaited {
+        const ShadowGuess* guess = nullptr;
+        ShadowGrid::Place place;
+        Ray ray;           // to the light
+        double worth = 0;  // of all of it
     };
 
     static constexpr double kDim = 0.1;
@@ -87,8 +96,9 @@ private:
                          const LinePlan& plan, Rng& rng);
     double track_through(const std::vector<LinePlan::TrackedGrid>& grids, const Ray& ray, double end_um, double depth,
                          double dim, Rng& rng);
-    double even_shadow(Vec3 position, const Flight& flight, const LinePlan::ShiningLight& shining, double dim,
-                       const LinePlan& plan, Rng& rng);
+    void await(const Path& path, const Flight& flight, Vec3 position, const LinePlan::ShiningLight& shining,
+               double worth, const LinePlan& plan);
+    double add_awaited(const LinePlan& plan, Rng& rng);
     double shadow(Vec3 position, const LightSample& light, double dim, const LinePlan& plan, Rng& rng);
     double scattering_density(const Ray& ray, double t_um, const LinePlan& plan) const;
     double seen_along(const Path& path, bool may_scatter, const LinePlan& plan, Rng& rng);
@@ -109,6 +119,7 @@ private:
     std::vector<LitSection> lit_;
     std::size_t sections_ = 0;
     std::vector<Lanes> by_medium_;
+    std::vector<Awaited> awaited_;
 };
 
 }  // namespace fluovox

@@ -43,7 +43,7 @@ void ShadowGuess::find_chances(const SparseGrid& grid, Vec3 to_light, double coe
     for (const Voxel& spot : shadows_.spots()) {
         const Vec3 place{spot.x + aside(), spot.y + aside(), spot.z + aside()};
         const Vec3 world = grid.world_from_index().point(place);
-        const ShadowGrid::Guess guess = shadows_.guess(world, spot);
+        const ShadowGrid::Guess guess = ShadowGrid::guess(shadows_.find(world, spot));
         const double truth = std::exp(-coefficient * integral_along(grid, {world, to_light}));
         light.add(truth);
         errors.add(truth - guess.share);

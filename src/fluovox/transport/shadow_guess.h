@@ -24,9 +24,10 @@ public:
     /// `grid`, `to_light`, `coefficient`: see ShadowGrid. A few hundred voxels tell how far guesses are off.
     ShadowGuess(const SparseGrid& grid, Vec3 to_light, double coefficient);
 
-    /// See ShadowGrid::guess.
-    Guess at(Vec3 world_um, Voxel voxel) const {
-        const auto [share, level] = shadows_.guess(world_um, voxel);
+    /// See ShadowGrid.
+    ShadowGrid::Place find(Vec3 world_um, Voxel voxel) const { return shadows_.find(world_um, voxel); }
+    Guess at(const ShadowGrid::Place& place) const {
+        const auto [share, level] = ShadowGrid::guess(place);
         return {share, chances_[level]};
     }
 

@@ -233,7 +233,7 @@ double ShadowGrid::most_lines(const SparseGrid& grid) {
     return std::max({across(n.x, n.y, n.z), across(n.y, n.x, n.z), across(n.z, n.x, n.y)});
 }
 
-ShadowGrid::Guess ShadowGrid::guess(Vec3 world_um, Voxel voxel) const {
+ShadowGrid::Place ShadowGrid::find(Vec3 world_um, Voxel voxel) const {
     const Vec3 index = grid_->index_from_world().point(world_um);
     Shaded near = look({floor_to_int(index.x + 0.5), floor_to_int(index.y + 0.5), floor_to_int(index.z + 0.5)});
     if (near.value <= 0) near = look(voxel);
@@ -241,8 +241,8 @@ ShadowGrid::Guess ShadowGrid::guess(Vec3 world_um, Voxel voxel) const {
     const double x = static_cast<double>(near.value) *
                      dot(deeper_, Vec3{index.x - near.at.x, index.y - near.at.y, index.z - near.at.z});
     const double even = 1 + x * x * (1.0 / 12);
-    const double more = (even - 0.5 * x) / (even + 0.5 * x);
-    return {std::min(1.0, (1.0 / 255) * near.share * more), near.share};
+    __builtin_prefetch(near.level);
+    return {near.level, (even - 0.5 * x) / (even + 0.5 * x)};
 }
 
 ShadowGrid::Shaded ShadowGrid::look(Voxel voxel) const {
@@ -264,7 +264,7 @@ ShadowGrid::Shaded ShadowGrid::look(Voxel voxel) const {
     if (child >= SparseGrid::kConstants) {
         const float value = grid_->constants_[child - SparseGrid::kConstants];
         const Voxel middle{(voxel.x & ~3) + 2, (voxel.y & ~3) + 2, (voxel.z & ~3) + 2};
-        return {value, of_blocks_[8 * b + block], middle};
+        return {value, &of_blocks_[8 * b + block], middle};
     }
     const std::size_t first = std::size_t{brick.base} + child;
     std::uint64_t mask = 0;
@@ -272,7 +272,7 @@ ShadowGrid::Shaded ShadowGrid::look(Voxel voxel) const {
     const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(((x & 3) << 4) | ((y & 3) << 2) | (z & 3));
     if ((mask & bit) == 0) return {};
     const std::size_t code = first + 4 + static_cast<std::size_t>(SparseGrid::count_bits(mask & (bit - 1)));
-    return {brick.decoded(grid_->codes_[code]), shares_[code], voxel};
+    return {brick.decoded(grid_->codes_[code]), &shares_[code], voxel};
 }
 
 }  // namespace fluovox

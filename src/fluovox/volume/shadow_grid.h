@@ -5,6 +5,7 @@
 #include "fluovox/volume/fixed_point.h"
 #include "fluovox/volume/sparse_grid.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -17,9 +18,14 @@ namespace fluovox {
 /// 385). Immutable: any number of threads may read it.
 class ShadowGrid {
 public:
+    /// Where a guess comes from: found ahead of time, it need not be waited for.
+    struct Place {
+        const std::uint8_t* level = nullptr;  ///< the share at a voxel's centre, in 1/255
+        double more = 0;                      ///< how much more of the light than that there is
+    };
     struct Guess {
-        double share = 0;        ///< of the light that gets there, 0 to 1
-        std::uint8_t level = 0;  ///< that of the voxel's centre, in 1/255
+        double share = 0;  ///< of the light that gets there, 0 to 1
+        std::uint8_t level = 0;
     };
 
     /// `grid` must have a directory of bricks and no background, and outlive this. `to_light`: unit direction in the
@@ -29,9 +35,11 @@ public:
     /// It takes at most so many lines, of 4 bytes each, to make one, whatever the direction.
     static double most_lines(const SparseGrid& grid);
 
-    /// At a point between voxel centres. `voxel`: one around it that is not zero,
-    /// for where the nearest one is.
-    Guess guess(Vec3 world_um, Voxel voxel) const;
+    /// Of a point between voxel centres. `voxel`: one around it that is not zero, for where the nearest one is.
+    Place find(Vec3 world_um, Voxel voxel) const;
+    static Guess guess(const Place& place) {
+        return {std::min(1.0, (1.0 / 255) * *place.level * place.more), *place.level};
+    }
 
     /// Some hundred of those voxels, from all over the grid; all of them where there are fewer.
     const std::vector<Voxel>& spots() const { return spots_; }
@@ -43,7 +51,7 @@ private:
     // A voxel; its value, 0 where there is nothing; the share of light at the centre of another one in its block.
     struct Shaded {
         float value = 0;
-        std::uint8_t share = 0;
+        const std::uint8_t* level = nullptr;
         Voxel at;
     };
     Shaded look(Voxel voxel) const;
