@@ -20,7 +20,6 @@ namespace {
 
 using testing::random_affine;
 using testing::RunningMean;
-using testing::z_score;
 
 // The integral of the field along a ray by the places where it passes from cell to cell.
 template <class Rule>
@@ -159,7 +158,7 @@ struct Seen {
 };
 
 // Radiance of the specimen from one side. `guessed`: what the guesses are made for.
-Seen look_at(const Scene& scene, const LightShadows& shadows, std::uint64_t seed, int samples = 200000) {
+Seen look_at(const Scene& scene, const LightShadows& shadows, std::uint64_t seed, int samples = 400000) {
     const Illumination illumination(scene);
     PathTracer tracer(scene, illumination, shadows);
     Seen seen;
@@ -192,7 +191,7 @@ TEST(ShadowGuess, ChangesNoExpectationAndSparesTheRays) {
         EXPECT_LT(2 * guessed.counts.shadow_collisions, followed.counts.shadow_collisions) << around;
         EXPECT_EQ(guessed.counts.bound_violations, 0);
         Scene brighter = scene;
-        brighter.lights[0].power_W *= 1.03;
+        brighter.lights[0].power_W *= 1.04;
         EXPECT_GT(std::abs(apart(look_at(brighter, shadows, 1), followed)), 5) << around;
     }
 }

@@ -28,6 +28,12 @@ std::uint64_t slice_of_block(int axis, int slice) {
     return mask;
 }
 
+int longest_axis(Vec3 v) {
+    const Vec3 size{std::abs(v.x), std::abs(v.y), std::abs(v.z)};
+    if (size.x >= size.y && size.x >= size.z) return 0;
+    return size.y >= size.z ? 1 : 2;
+}
+
 // exp(-depth) in steps of 1/255, by steps of the depth that are as fine.
 class ShareTable {
 public:
@@ -44,7 +50,7 @@ public:
 private:
     static constexpr float kSteps = 256;
     static constexpr float kMost = 7;
-    std::array<std::uint8_t, 7 * 256> shares_{};
+    std::array<std::uint8_t, static_cast<std::size_t>(kSteps* kMost)> shares_{};
 };
 
 }  // namespace
@@ -52,16 +58,17 @@ private:
 // Goes with the light through the slices of voxels across the axis along which it runs most.
 class ShadowGrid::Sweep {
 public:
-    Sweep(ShadowGrid& shadows, Vec3 travel, double coefficient) : shadows_(&shadows), grid_(shadows.grid_) {
-        const Vec3 d = grid_->index_from_world().direction(travel);
-        const Vec3 size{std::abs(d.x), std::abs(d.y), std::abs(d.z)};
-        axis_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-        u_ = axis_ == 0 ? 1 : 0;
-        v_ = axis_ == 2 ? 1 : 2;
-        forward_ = d[axis_] > 0;
-        slope_u_ = d[u_] / d[axis_];
-        slope_v_ = d[v_] / d[axis_];
-        step_depth_ = static_cast<float>(coefficient / size[axis_]);
+    /// `travel`: the way of the light, in voxels per um.
+    Sweep(ShadowGrid& shadows, Vec3 travel, double coefficient)
+        : shadows_(&shadows),
+          grid_(shadows.grid_),
+          axis_(longest_axis(travel)),
+          u_(axis_ == 0 ? 1 : 0),
+          v_(axis_ == 2 ? 1 : 2),
+          forward_(travel[axis_] > 0),
+          slope_u_(travel[u_] / travel[axis_]),
+          slope_v_(travel[v_] / travel[axis_]),
+          step_depth_(static_cast<float>(coefficient / std::abs(travel[axis_]))) {
         std::size_t lines_u = 0;
         place_lines(u_, slope_u_, first_u_, lines_u);
         place_lines(v_, slope_v_, first_v_, lines_v_);
@@ -201,12 +208,12 @@ private:
 
     ShadowGrid* shadows_;
     const SparseGrid* grid_;
-    int axis_ = 0, u_ = 0, v_ = 0;
-    bool forward_ = true;
-    double slope_u_ = 0, slope_v_ = 0;  // of the light, per slice
+    int axis_, u_, v_;
+    bool forward_;
+    double slope_u_, slope_v_;          // of the light, per slice
+    float step_depth_;                  // optical depth from slice to slice, per unit of value
     double first_u_ = 0, first_v_ = 0;  // where the first lines meet the first slice
     std::size_t lines_v_ = 0;
-    float step_depth_ = 0;            // optical depth from slice to slice, per unit of value
     std::vector<float> depths_;       // of the lines, up to the slice
     int line_u_ = 0, line_v_ = 0;     // of the slice: the line before its first voxel
     std::array<float, 4> weights_{};  // and those of a voxel's four lines
@@ -222,7 +229,7 @@ ShadowGrid::ShadowGrid(const SparseGrid& grid, Vec3 to_light, double coefficient
     const auto& rows = grid.world_from_index().rows;
     const Vec3 travel = -to_light;
     deeper_ = coefficient * (travel.x * rows[0] + travel.y * rows[1] + travel.z * rows[2]);
-    Sweep(*this, travel, coefficient).run();
+    Sweep(*this, grid.index_from_world().direction(travel), coefficient).run();
 }
 
 double ShadowGrid::most_lines(const SparseGrid& grid) {
