@@ -1,5 +1,6 @@
 #include "fluovox/transport/light_shadows.h"
 
+#include "fluovox/core/memory.h"
 #include "fluovox/transport/film_response.h"
 #include "fluovox/transport/line_tracer.h"
 #include "fluovox/transport/path_tracer.h"
@@ -45,6 +46,7 @@ LightShadows::LightShadows(const Scene& scene, const Illumination& illumination,
             guesses_.try_emplace({i, light.index}, *grid, even->to_light, plan.dimming[0].coefficient);
         }
     }
+    if (!guesses_.empty()) release_freed_memory();  // lines of light take more than what is made of them
 }
 
 }  // namespace fluovox

@@ -1,14 +1,11 @@
 // Makes the render-time grid from a VDB tree: the one meeting point of the two.
 
 #include "fluovox/core/error.h"
+#include "fluovox/core/memory.h"
 #include "fluovox/volume/sparse_grid_builder.h"
 #include "fluovox/volume/vdb_internal.h"
 
 #include <openvdb/openvdb.h>
-
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 #include <cmath>
 
@@ -87,9 +84,7 @@ SparseGrid SparseGrid::load(const std::filesystem::path& file, const std::string
         grid.reset();
         SparseGrid result = std::move(builder).finish(affine, active);
         result.tree_ = std::move(kept);
-#ifdef __GLIBC__
-        ::malloc_trim(0);  // the tree is many times larger than what is made of it: back to the system with it
-#endif
+        release_freed_memory();  // the tree is many times larger than what is made of it
         return result;
     } catch (const InputError& e) {
         throw InputError(place + ": " + e.what());
