@@ -1,5 +1,6 @@
 // Elastic scattering at one wavelength in branching tubes and in a cloud.
 
+#include "fluovox/core/memory.h"
 #include "fluovox/core/progress.h"
 #include "fluovox/scene/scene.h"
 #include "fluovox/transport/render.h"
@@ -63,7 +64,8 @@ Figures render_scene(const fs::path& file, const std::vector<std::string>& overr
     figures["film_bytes"] = pixels * 32;
     time_into(figures, [&] {
         const RenderResult result = render(scene, silent);
-        figures["held"] = resident_bytes() - idle;
+        release_freed_memory();
+        figures["held"] = resident_bytes() - idle + static_cast<double>(result.guess_bytes);
         figures["real"] = static_cast<double>(result.counts.real_collisions);
         figures["null"] = static_cast<double>(result.counts.null_collisions);
         figures["lookups"] = static_cast<double>(result.counts.grid_lookups);

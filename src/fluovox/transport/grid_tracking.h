@@ -23,7 +23,7 @@ struct TrackingCounts {
 
 // Tracking of one coefficient (per um and unit of the grid, positive) through one grid, stretch by stretch. A `Tap`
 // gives stochastic taps of the grid: at(t) is a place; local_bound(place, bound, bits) the bound there, or 0 with the
-// probability that a tentative collision with `bound` is none with that; value(place, bits).
+// probability that a tentative collision with `bound` is none with that; value(place, bits), of voxel(place, bits).
 
 /// One tap where the grid is at most `bound`, counted.
 template <class Tap, class Place>

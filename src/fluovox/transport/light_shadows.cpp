@@ -5,13 +5,15 @@
 #include "fluovox/transport/line_tracer.h"
 #include "fluovox/transport/path_tracer.h"
 
+#include <vector>
+
 namespace fluovox {
 namespace {
 
 // The time of one path makes the shadows of about so many voxels.
-constexpr double kVoxelsPerPath = 16;
-// Of a wide and almost empty box the lines of light would take more memory than the grid.
-constexpr double kLinesPerVoxel = 4;
+constexpr double kVoxelsPerPath = 12;
+// Of a wide and almost empty box the lines of light would take much more memory than the grid.
+constexpr double kLinesPerVoxel = 1;
 constexpr double kFewLines = 1e6;
 
 // The grid that alone dims and scatters the light; null where there is no such, or none to guess in.
@@ -19,7 +21,7 @@ const SparseGrid* only_grid(const Scene& scene, const LinePlan& plan) {
     if (plan.dimming.size() != 1 || plan.scattering.size() != 1) return nullptr;
     const SparseGrid& grid = *scene.media[static_cast<std::size_t>(plan.dimming[0].medium)].grid;
     if (!grid.has_directory() || grid.background() > 0) return nullptr;
-    const double most = kFewLines + kLinesPerVoxel * static_cast<double>(grid.active_voxels());
+    const double most = kFewLines + kLinesPerVoxel * static_cast<double>(grid.filled_voxels());
     return ShadowGrid::most_lines(grid) <= most ? &grid : nullptr;
 }
 
@@ -29,17 +31,20 @@ LightShadows::LightShadows(const Scene& scene, const Illumination& illumination,
     const RenderDescription& render = scene.description.render;
     if (render.plain_tracking || render.max_scatterings == 0) return;
     const FilmResponse film(scene.description.film, render.filter);
+    std::vector<std::size_t> seen;
+    for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
+        if (film.sees(illumination.lines()[i].wavelength_nm)) seen.push_back(i);
+    }
     OpticalField field(scene);
     const LineTracer tracer(scene, field);
-    for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
+    for (const std::size_t i : seen) {
         const Illumination::Line& line = illumination.lines()[i];
-        if (!film.sees(line.wavelength_nm)) continue;
         const PathOptics optics = field.optics(Wavelengths::one(line.wavelength_nm));
         LinePlan plan;
         tracer.make_plan(line_task(line, optics), plan);
         const SparseGrid* grid = only_grid(scene, plan);
-        if (grid == nullptr || static_cast<double>(grid->active_voxels()) > kVoxelsPerPath * static_cast<double>(paths))
-            continue;
+        const double of_the_line = static_cast<double>(paths) / static_cast<double>(seen.size());
+        if (grid == nullptr || static_cast<double>(grid->filled_voxels()) > kVoxelsPerPath * of_the_line) continue;
         for (const LinePlan::ShiningLight& light : plan.lights) {
             const LightSample* even = tracer.even_light(light, plan);
             if (even == nullptr || guesses_.size() == kMost) continue;
@@ -47,6 +52,13 @@ LightShadows::LightShadows(const Scene& scene, const Illumination& illumination,
         }
     }
     if (!guesses_.empty()) release_freed_memory();  // lines of light take more than what is made of them
+}
+
+std::size_t LightShadows::memory_bytes() const {
+    std::size_t bytes = 0;
+    for (const auto& [place, guess] : guesses_)
+        bytes += guess.memory_bytes();
+    return bytes;
 }
 
 }  // namespace fluovox

@@ -224,13 +224,14 @@ void OpticalField::track(int medium, const Ray& ray, double end_um, double coeff
 
 double OpticalField::precise_transmittance(int medium, const Ray& ray, double coefficient, Rng& rng) {
     constexpr double kDark = 3;
-    GridIntegral integral(kDark / coefficient);
+    const double enough = kDark / coefficient;
+    GridIntegral integral(enough);
     integral.add(*ways_[static_cast<std::size_t>(medium)].grid, ray);
     counts_.grid_lookups += integral.lookups();
-    const double depth = coefficient * integral.total();
-    if (depth < kDark) return std::exp(-depth);
+    const double left = std::exp(-coefficient * integral.total());
+    if (integral.total() < enough) return left;
     const Ray rest{ray.at(integral.end()), ray.direction};
-    return std::exp(-depth) * ratio_transmittance(medium, rest, kFar, coefficient, 1, rng);
+    return left * ratio_transmittance(medium, rest, kFar, coefficient, 1, rng);
 }
 
 template <class Walk>

@@ -54,7 +54,7 @@ PathTask line_task(const Illumination::Line& line, const PathOptics& optics);
 /// Several emission wavelengths share a path by spectral multiple importance sampling (Wilkie et al. 2014).
 class PathTracer {
 public:
-    /// `shadows` spare rays to the lights; they change no expectation.
+    /// `shadows`, of this scene, spare rays to the lights and change no expectation; they must outlive it.
     PathTracer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows = {});
 
     /// One unbiased estimate of the radiance that arrives at the origin of `ray` from

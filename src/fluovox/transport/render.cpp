@@ -26,7 +26,7 @@ std::vector<std::string> dye_names(const Scene& scene) {
 // Independent samples of each pixel.
 template <class Make>
 RenderResult render_by_pixels(const Scene& scene, Progress& progress, const Make& make) {
-    RenderResult result{empty_film(scene), {}, false};
+    RenderResult result{empty_film(scene), {}, false, 0};
     const int samples = scene.description.render.samples;
     progress.start("rendering", result.film.pixels());
     result.counts = for_each_pixel(result.film.pixels(), progress, make, [&](auto& renderer, int pixel) {
@@ -86,7 +86,10 @@ RenderResult render(const Scene& scene, Progress& progress) {
     const auto& camera = scene.description.camera;
     const std::int64_t pixels = std::int64_t{camera.width} * camera.height;
     const LightShadows shadows(scene, illumination, pixels * scene.description.render.samples);
-    return render_by_pixels(scene, progress, [&] { return PixelRenderer(scene, illumination, shadows); });
+    RenderResult result =
+        render_by_pixels(scene, progress, [&] { return PixelRenderer(scene, illumination, shadows); });
+    result.guess_bytes = shadows.memory_bytes();
+    return result;
 }
 
 }  // namespace fluovox

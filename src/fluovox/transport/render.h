@@ -5,6 +5,7 @@
 #include "fluovox/scene/scene.h"
 #include "fluovox/transport/optical_field.h"
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -13,7 +14,8 @@ namespace fluovox {
 struct RenderResult {
     Film film;
     TrackingCounts counts;
-    bool stopped = false;  ///< the user stopped it; the film is not complete
+    bool stopped = false;         ///< the user stopped it; the film is not complete
+    std::size_t guess_bytes = 0;  ///< memory of guesses (LightShadows) while it ran
 };
 
 /// What a scene is rendered with.

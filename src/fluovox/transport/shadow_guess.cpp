@@ -18,7 +18,7 @@ ShadowGuess::ShadowGuess(const SparseGrid& grid, Vec3 to_light, double coefficie
 // What corrections add to the noise, for so many of them, is least where their chance is in proportion to the error.
 // For what they take of the time, the factor is about the best for the grids that were measured.
 void ShadowGuess::find_chances(const SparseGrid& grid, Vec3 to_light, double coefficient) {
-    constexpr double kPerError = 0.25;  // and for light that all gets through
+    constexpr double kPerError = 0.25;  // where all light gets through
     constexpr double kLeast = 1.0 / 256;
     constexpr double kOthers = 4;            // a bin's own error counts as that of so many voxels does
     constexpr double kShareOfUsual = 0.125;  // no bin is thought to be better than that

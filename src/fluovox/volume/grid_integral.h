@@ -26,7 +26,7 @@ public:
     void add(const SparseGrid& grid, const Ray& ray);
 
     double total() const { return total_; }
-    /// Where it ended for being enough, in micrometres along the ray.
+    /// Where it ended, if for being enough; in micrometres along the ray.
     double end() const { return end_; }
     std::int64_t lookups() const { return cell_.lookups; }  ///< of voxels
 
@@ -70,11 +70,12 @@ private:
         double at(Vec3 place) const;
     };
 
+    static constexpr Voxel kNone{std::numeric_limits<int>::min() / 2, 0, 0};  // no cell is so far out
+
     double enough_;
     double total_ = 0;
     double end_ = 0;
-    // The last one; none is so far out.
-    Cell cell_{{std::numeric_limits<int>::min() / 2, 0, 0}, {}, 0};
+    Cell cell_{kNone, {}, 0};  // the last one
 };
 
 /// All of it.

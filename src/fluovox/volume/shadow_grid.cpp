@@ -9,6 +9,7 @@
 namespace fluovox {
 namespace {
 
+constexpr std::size_t kLinesAround = 4;
 constexpr int kMiddle = 42;  // the voxel (2, 2, 2) of a block
 
 int along(Voxel v, int axis) {
@@ -69,11 +70,12 @@ public:
           slope_u_(travel[u_] / travel[axis_]),
           slope_v_(travel[v_] / travel[axis_]),
           step_depth_(static_cast<float>(coefficient / std::abs(travel[axis_]))) {
-        std::size_t lines_u = 0;
-        place_lines(u_, slope_u_, first_u_, lines_u);
-        place_lines(v_, slope_v_, first_v_, lines_v_);
-        depths_.assign(lines_u * lines_v_, 0.0F);
-        between_spots_ = std::max<std::size_t>(1, grid_->active_voxels() / kSpots);
+        const auto [first_u, lines_u] = place_lines(u_, slope_u_);
+        const auto [first_v, lines_v] = place_lines(v_, slope_v_);
+        first_u_ = first_u;
+        first_v_ = first_v;
+        lines_v_ = lines_v;
+        depths_.assign(lines_u * lines_v, 0.0F);
         for (int s = 0; s < SparseGrid::kBlockSize; ++s)
             slices_[static_cast<std::size_t>(s)] = slice_of_block(axis_, s);
     }
@@ -86,7 +88,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t kSpots = 512;
+    static constexpr std::size_t kMostSpots = 1024;
 
     struct Placed {
         std::uint32_t brick = 0;
@@ -97,12 +99,17 @@ private:
         float depth = 0;       // that it adds
     };
 
-    // Lines are counted where they meet the first slice: those that meet the box, and one around them.
-    void place_lines(int axis, double slope, double& first, std::size_t& count) const {
-        const double shift = slope * SparseGrid::kBrickSize * along(grid_->brick_count_, axis_);
-        first = std::min(0.0, -shift) - 1;
-        count =
-            static_cast<std::size_t>(SparseGrid::kBrickSize * along(grid_->brick_count_, axis) + std::abs(shift)) + 4;
+    struct Lines {
+        double first = 0;  // where it meets the first slice
+        std::size_t count = 0;
+    };
+
+    // Those that meet the box, and some around them.
+    Lines place_lines(int axis, double slope) const {
+        constexpr int kSize = SparseGrid::kBrickSize;
+        const double shift = slope * kSize * along(grid_->brick_count_, axis_);
+        const double across = kSize * along(grid_->brick_count_, axis);
+        return {std::min(0.0, -shift) - 1, static_cast<std::size_t>(across + std::abs(shift)) + kLinesAround};
     }
 
     void find_bricks() {
@@ -179,8 +186,9 @@ private:
         }
     }
 
-    // Every so many voxels one is kept.
+    // Every so many voxels one is kept; when those are too many, every second of them.
     void keep_spots(int slice) {
+        std::vector<Voxel>& spots = shadows_->spots_;
         for (; next_spot_ < seen_ + shades_.size(); next_spot_ += between_spots_) {
             const std::size_t line = shades_[next_spot_ - seen_].line;
             std::array<int, 3> at{};
@@ -188,7 +196,12 @@ private:
             at[static_cast<std::size_t>(u_)] = static_cast<int>(line / lines_v_) - line_u_;
             at[static_cast<std::size_t>(v_)] = static_cast<int>(line % lines_v_) - line_v_;
             const Voxel low = grid_->occupied_min_;
-            shadows_->spots_.push_back({low.x + at[0], low.y + at[1], low.z + at[2]});
+            spots.push_back({low.x + at[0], low.y + at[1], low.z + at[2]});
+            if (spots.size() < kMostSpots) continue;
+            for (std::size_t i = 0; 2 * i < kMostSpots; ++i)
+                spots[i] = spots[2 * i];
+            spots.resize(kMostSpots / 2);
+            between_spots_ *= 2;
         }
         seen_ += shades_.size();
     }
@@ -234,9 +247,8 @@ ShadowGrid::ShadowGrid(const SparseGrid& grid, Vec3 to_light, double coefficient
 
 double ShadowGrid::most_lines(const SparseGrid& grid) {
     const Voxel n = grid.brick_count_;
-    const auto across = [](int along, int u, int v) {
-        return static_cast<double>(along + u) * (along + v) * SparseGrid::kBrickSize * SparseGrid::kBrickSize;
-    };
+    const auto lines = [](int along, int axis) { return SparseGrid::kBrickSize * (1.0 * along + axis) + kLinesAround; };
+    const auto across = [&](int along, int u, int v) { return lines(along, u) * lines(along, v); };
     return std::max({across(n.x, n.y, n.z), across(n.y, n.x, n.z), across(n.z, n.x, n.y)});
 }
 

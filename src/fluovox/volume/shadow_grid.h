@@ -32,16 +32,16 @@ public:
     /// world. `coefficient`: extinction, per um and unit of the grid's value.
     ShadowGrid(const SparseGrid& grid, Vec3 to_light, double coefficient);
 
-    /// It takes at most so many lines, of 4 bytes each, to make one, whatever the direction.
+    /// It takes at most so many lines to make one, whatever the direction; about 8 bytes each, freed again.
     static double most_lines(const SparseGrid& grid);
 
-    /// Of a point between voxel centres. `voxel`: one around it that is not zero, for where the nearest one is.
+    /// Of a point between voxel centres. `voxel`: one around it that is not zero, for where the nearest one is zero.
     Place find(Vec3 world_um, Voxel voxel) const;
     static Guess guess(const Place& place) {
         return {std::min(1.0, (1.0 / 255) * *place.level * place.more), *place.level};
     }
 
-    /// Some hundred of those voxels, from all over the grid; all of them where there are fewer.
+    /// 512 to 1024 of those voxels, evenly from all of the grid; all of them where there are fewer.
     const std::vector<Voxel>& spots() const { return spots_; }
     std::size_t memory_bytes() const { return shares_.size() + of_blocks_.size(); }
 

@@ -9,6 +9,7 @@
 #include "fluovox/volume/grid_info.h"
 #include "fluovox/volume/vdb_sampler.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -99,6 +100,8 @@ public:
     /// Largest voxel value.
     double max() const { return max_; }
     std::size_t active_voxels() const { return active_voxels_; }
+    /// About how many voxels are not zero, active or not.
+    std::size_t filled_voxels() const { return std::max(active_voxels_, codes_.size()); }
     /// What it was made of, where that was kept; else empty.
     const std::shared_ptr<const VdbTree>& tree() const { return tree_; }
     /// True where the box of all bricks is small enough for a list of them by place: BoundVisitor needs it.
