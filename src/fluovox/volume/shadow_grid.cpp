@@ -69,13 +69,10 @@ public:
           forward_(travel[axis_] > 0),
           slope_u_(travel[u_] / travel[axis_]),
           slope_v_(travel[v_] / travel[axis_]),
-          step_depth_(static_cast<float>(coefficient / std::abs(travel[axis_]))) {
-        const auto [first_u, lines_u] = place_lines(u_, slope_u_);
-        const auto [first_v, lines_v] = place_lines(v_, slope_v_);
-        first_u_ = first_u;
-        first_v_ = first_v;
-        lines_v_ = lines_v;
-        depths_.assign(lines_u * lines_v, 0.0F);
+          step_depth_(static_cast<float>(coefficient / std::abs(travel[axis_]))),
+          lines_u_(place_lines(u_, slope_u_)),
+          lines_v_(place_lines(v_, slope_v_)) {
+        depths_.assign(lines_u_.count * lines_v_.count, 0.0F);
         for (int s = 0; s < SparseGrid::kBlockSize; ++s)
             slices_[static_cast<std::size_t>(s)] = slice_of_block(axis_, s);
     }
@@ -133,8 +130,8 @@ private:
 
     // First all voxels read what lies before them, then all add what they are.
     void take_slice(int slice) {
-        const double u = -slope_u_ * slice - first_u_;
-        const double v = -slope_v_ * slice - first_v_;
+        const double u = -slope_u_ * slice - lines_u_.first;
+        const double v = -slope_v_ * slice - lines_v_.first;
         line_u_ = static_cast<int>(u);
         line_v_ = static_cast<int>(v);
         const auto fu = static_cast<float>(u - line_u_);
@@ -154,8 +151,8 @@ private:
             float* line = &depths_[shade.line];
             line[0] += weights_[0] * shade.depth;
             line[1] += weights_[1] * shade.depth;
-            line[lines_v_] += weights_[2] * shade.depth;
-            line[lines_v_ + 1] += weights_[3] * shade.depth;
+            line[lines_v_.count] += weights_[2] * shade.depth;
+            line[lines_v_.count + 1] += weights_[3] * shade.depth;
         }
     }
 
@@ -193,8 +190,8 @@ private:
             const std::size_t line = shades_[next_spot_ - seen_].line;
             std::array<int, 3> at{};
             at[static_cast<std::size_t>(axis_)] = slice;
-            at[static_cast<std::size_t>(u_)] = static_cast<int>(line / lines_v_) - line_u_;
-            at[static_cast<std::size_t>(v_)] = static_cast<int>(line % lines_v_) - line_v_;
+            at[static_cast<std::size_t>(u_)] = static_cast<int>(line / lines_v_.count) - line_u_;
+            at[static_cast<std::size_t>(v_)] = static_cast<int>(line % lines_v_.count) - line_v_;
             const Voxel low = grid_->occupied_min_;
             spots.push_back({low.x + at[0], low.y + at[1], low.z + at[2]});
             if (spots.size() < kMostSpots) continue;
@@ -209,11 +206,11 @@ private:
     // The optical depth at a voxel of the block there; what it adds is noted.
     float depth_at(int place, int u, int v, float value) {
         const Voxel voxel = in_block(place);
-        const std::size_t first =
-            static_cast<std::size_t>(u + along(voxel, u_)) * lines_v_ + static_cast<std::size_t>(v + along(voxel, v_));
+        const std::size_t first = static_cast<std::size_t>(u + along(voxel, u_)) * lines_v_.count +
+                                  static_cast<std::size_t>(v + along(voxel, v_));
         const float* line = &depths_[first];
-        const float before = weights_[0] * line[0] + weights_[1] * line[1] + weights_[2] * line[lines_v_] +
-                             weights_[3] * line[lines_v_ + 1];
+        const float before = weights_[0] * line[0] + weights_[1] * line[1] + weights_[2] * line[lines_v_.count] +
+                             weights_[3] * line[lines_v_.count + 1];
         const float own = step_depth_ * value;
         shades_.push_back({first, own});
         return before + 0.5F * own;
@@ -223,10 +220,9 @@ private:
     const SparseGrid* grid_;
     int axis_, u_, v_;
     bool forward_;
-    double slope_u_, slope_v_;          // of the light, per slice
-    float step_depth_;                  // optical depth from slice to slice, per unit of value
-    double first_u_ = 0, first_v_ = 0;  // where the first lines meet the first slice
-    std::size_t lines_v_ = 0;
+    double slope_u_, slope_v_;  // of the light, per slice
+    float step_depth_;          // optical depth from slice to slice, per unit of value
+    Lines lines_u_, lines_v_;
     std::vector<float> depths_;       // of the lines, up to the slice
     int line_u_ = 0, line_v_ = 0;     // of the slice: the line before its first voxel
     std::array<float, 4> weights_{};  // and those of a voxel's four lines
