@@ -11,7 +11,7 @@ namespace fluovox {
 namespace {
 
 // The time of one path makes the shadows of about so many voxels.
-constexpr double kVoxelsPerPath = 12;
+constexpr double kVoxelsPerPath = 16;
 // Of a wide and almost empty box the lines of light would take much more memory than the grid.
 constexpr double kLinesPerVoxel = 1;
 constexpr double kFewLines = 1e6;
