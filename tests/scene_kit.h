@@ -56,6 +56,18 @@ inline Dye flat_dye(double mu_per_um_per_uM, double absorb_from_nm, double absor
     return dye;
 }
 
+/// Collimated light that comes down on a point from the side, even over a square of this size around it; it starts as
+/// far before it.
+inline SheetLight slanting_light(Vec3 onto_um, double size_um) {
+    SheetLight sheet;
+    sheet.direction = normalized(Vec3{0.48, 0.36, -0.8});
+    sheet.normal = normalized(cross(sheet.direction, Vec3{0, 1, 0}));
+    sheet.position = sheet.waist = onto_um - size_um * sheet.direction;
+    sheet.width_um = sheet.thickness_um = size_um;
+    sheet.profile = BeamProfile::Box;
+    return sheet;
+}
+
 inline Light laser(decltype(Light::shape) shape, double wavelength_nm, double power_W) {
     Light light;
     light.shape = std::move(shape);

@@ -30,13 +30,7 @@ Scene tubes(double denser = 1) {
     };
     Scene scene;
     scene.media = {testing::host(SparseGrid::from_function({0, 0, 0}, {64, 64, 64}, {}, value), 0.25, 0.01)};
-    SheetLight sheet;
-    sheet.direction = normalized(Vec3{0.48, 0.36, -0.8});
-    sheet.normal = normalized(cross(sheet.direction, Vec3{0, 1, 0}));
-    sheet.position = sheet.waist = Vec3{32, 32, 32} - 300 * sheet.direction;
-    sheet.width_um = sheet.thickness_um = 400;
-    sheet.profile = BeamProfile::Box;
-    scene.lights = {testing::laser(sheet, 488, 1)};
+    scene.lights = {testing::laser(testing::slanting_light({32, 32, 32}, 400), 488, 1)};
     scene.description.camera = testing::one_pixel({32, 32, 100}, {32, 32, 32}, {0, 1, 0}, kSize_um);
     scene.description.camera.width = scene.description.camera.height = 16;
     scene.description.film = testing::spectrometer(487, 489, 1);

@@ -139,13 +139,7 @@ Scene lit_specimen(double scattering, double around = 0) {
     Scene scene;
     scene.media = {testing::host(specimen({}), scattering, 0.01)};
     if (around > 0) scene.media.push_back(testing::host(SphereRegion{{32, 32, 32}, 60}, around, 0.2 * around));
-    SheetLight sheet;
-    sheet.direction = normalized(Vec3{0.48, 0.36, -0.8});
-    sheet.normal = normalized(cross(sheet.direction, Vec3{0, 1, 0}));
-    sheet.position = sheet.waist = Vec3{32, 32, 32} - 300 * sheet.direction;
-    sheet.width_um = sheet.thickness_um = 400;
-    sheet.profile = BeamProfile::Box;
-    scene.lights = {testing::laser(sheet, 488, 1)};
+    scene.lights = {testing::laser(testing::slanting_light({32, 32, 32}, 400), 488, 1)};
     scene.description.film = testing::spectrometer(487, 489, 1);
     return scene;
 }
@@ -277,9 +271,7 @@ TEST(LightShadows, AreNotMadeOfAnAlmostEmptyBox) {
         const auto value = [&](Voxel v) { return full || v.x + v.y == 0 || v.x + v.y == 2198 ? 1.0 : 0.0; };
         Scene scene = lit_specimen(kScattering);
         scene.media = {testing::host(SparseGrid::from_function({0, 0, 0}, {1100, 1100, 2}, {}, value), 1, 0.01)};
-        auto& sheet = std::get<SheetLight>(scene.lights[0].shape);
-        sheet.position = sheet.waist = Vec3{550, 550, 1} - 3000 * sheet.direction;
-        sheet.width_um = sheet.thickness_um = 6000;
+        scene.lights[0].shape = testing::slanting_light({550, 550, 1}, 6000);
         EXPECT_EQ(LightShadows(scene, Illumination(scene), kManyPaths).empty(), !full);
     }
 }

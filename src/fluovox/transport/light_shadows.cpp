@@ -10,7 +10,7 @@
 namespace fluovox {
 namespace {
 
-// The time of one path makes the shadows of about so many voxels.
+// The shadows of so many voxels take about a third of the time of one path.
 constexpr double kVoxelsPerPath = 16;
 // Of a wide and almost empty box the lines of light would take much more memory than the grid.
 constexpr double kLinesPerVoxel = 1;
