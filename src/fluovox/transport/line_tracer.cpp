@@ -162,17 +162,7 @@ double LineTracer::absorption_left(const Ray& ray, double end_um, const LinePlan
 
 double LineTracer::transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, double dim,
                                  const LinePlan& plan, Rng& rng) {
-    return track_through(plan.dimming, ray, end_um, depth_of_spans(spans, end_um, plan), dim, rng);
-}
-
-// Optical depth of constant media.
-double LineTracer::depth_of_spans(const std::vector<MediumSpan>& spans, double end_um, const LinePlan& plan) {
-    double depth = 0;
-    for (const MediumSpan& s : spans) {
-        const double coefficient = lanes_of(*plan.optics, s.medium).extinction[0];
-        if (coefficient > 0) depth += coefficient * length_before(s.span, end_um);
-    }
-    return depth;
+    return track_through(plan.dimming, ray, end_um, hero_depth(spans, *plan.optics, end_um), dim, rng);
 }
 
 // What gets through an optical depth of constant media and through grids.
@@ -197,7 +187,7 @@ void LineTracer::await(const Path& path, const Flight& flight, Vec3 position, co
     const LightSample& light = *even_[shining.index];
     if (field_->has_constant()) {
         field_->gather({position, light.to_light}, shadow_spans_);
-        worth *= std::exp(-depth_of_spans(shadow_spans_, light.distance_um, plan));
+        worth *= std::exp(-hero_depth(shadow_spans_, *plan.optics, light.distance_um));
     }
     awaited_.push_back(
         {shining.guess, shining.guess->find(position, flight.voxel), {position, light.to_light}, path.beta * worth});

@@ -90,7 +90,6 @@ private:
     bool find_lit_sections(const Ray& ray, const LinePlan& plan);
     double lit_pdf(std::size_t light, double t_um) const;
     Flight fly(const Ray& ray, const LinePlan& plan, Rng& rng);
-    static double depth_of_spans(const std::vector<MediumSpan>& spans, double end_um, const LinePlan& plan);
     double absorption_left(const Ray& ray, double end_um, const LinePlan& plan, Rng& rng);
     double transmittance(const Ray& ray, const std::vector<MediumSpan>& spans, double end_um, double dim,
                          const LinePlan& plan, Rng& rng);

@@ -60,7 +60,8 @@ double hero_depth(const std::vector<MediumSpan>& spans, const PathOptics& optics
     double depth = 0;
     for (const MediumSpan& s : spans) {
         const double inside = length_before(s.span, end_um);
-        if (inside > 0) depth += inside * optics.media[static_cast<std::size_t>(s.medium)].extinction[0];
+        const double coefficient = optics.media[static_cast<std::size_t>(s.medium)].extinction[0];
+        if (inside > 0 && coefficient > 0) depth += inside * coefficient;  // the length may be infinite
     }
     return depth;
 }
