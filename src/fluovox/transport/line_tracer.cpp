@@ -4,6 +4,7 @@
 #include "fluovox/transport/path_tracer.h"
 #include "fluovox/transport/roulette.h"
 #include "fluovox/transport/shadow_guess.h"
+#include "fluovox/transport/weight_window.h"
 #include "fluovox/volume/region.h"
 
 #include <algorithm>
@@ -52,6 +53,15 @@ bool covers(const Light& light, const Bounds& box) {
     }
     return true;
 }
+
+// PathRecord where nothing is learned.
+struct NoRecord {
+    static void fly() {}
+    static void leave() {}
+    static void see_level(std::uint8_t /*level*/) {}
+    static void scatter(double /*worth*/, double /*found*/) {}
+    static void add_own(double /*light*/) {}
+};
 
 }  // namespace
 
@@ -334,19 +344,29 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
     path.ray.direction = turned(path.ray.direction, cosine, rng.uniform());
 }
 
-// In one function with its steps, but for the tracking of grids.
-[[gnu::flatten]] double LineTracer::radiance(const Ray& ray, const LinePlan& plan, int scatterings, double pdf_per_sr,
-                                             Rng& rng) {
-    Path path{ray, pdf_per_sr};
+template <class Record>
+double LineTracer::follow(Path path, const LinePlan& plan, int scatterings, Rng& rng, Record& record) {
     int left = scatterings;
     double total = 0;
+    double faint = kFaintPath;  // what is worth less goes by roulette
+    const auto add_own = [&](double light) {
+        total += light;
+        record.add_own(light);
+    };
     for (;;) {
         if (field_->has_constant()) field_->gather(path.ray, spans_);
         total += path.beta * seen_along(path, left > 0, plan, rng);
         if (left == 0 && !has_surround_) break;
         const Flight flight = fly(path.ray, plan, rng);
-        total += add_awaited(plan, rng);
+        record.fly();
+        if (!awaited_.empty()) {
+            const std::uint8_t level = *awaited_.front().place.level;
+            record.see_level(level);
+            if (plan.window != nullptr) faint = plan.window->lower_bound(level);
+            add_own(add_awaited(plan, rng));
+        }
         if (flight.medium < 0) {
+            record.leave();
             if (has_surround_) total += path.beta * from_surround(path, plan, rng);
             break;
         }
@@ -354,13 +374,26 @@ void LineTracer::turn(Path& path, const Flight& flight, Rng& rng) const {
         if (left != PathTask::kNoLimit) --left;
         path.beta *= flight.left;
         if (path.beta <= 0) break;
-        total += scattered_here(path, flight, plan, rng);
+        record.scatter(path.beta, total);
+        add_own(scattered_here(path, flight, plan, rng));
 
-        if (!survives(path.beta, kFaintPath, rng)) break;
+        if (!survives(path.beta, faint, rng)) break;
         turn(path, flight, rng);
         path.dim = plan.dim_later;
     }
-    return total + add_awaited(plan, rng);
+    add_own(add_awaited(plan, rng));
+    return total;
+}
+
+// In one function with its steps, but for the tracking of grids.
+[[gnu::flatten]] double LineTracer::radiance(const Ray& ray, const LinePlan& plan, int scatterings, double pdf_per_sr,
+                                             Rng& rng) {
+    NoRecord record;
+    return follow({ray, pdf_per_sr}, plan, scatterings, rng, record);
+}
+
+double LineTracer::record(const Ray& ray, const LinePlan& plan, int scatterings, Rng& rng, PathRecord& record) {
+    return follow({ray}, plan, scatterings, rng, record);
 }
 
 }  // namespace fluovox

@@ -13,7 +13,9 @@
 
 namespace fluovox {
 
+class PathRecord;
 class ShadowGuess;
+class WeightWindow;
 struct PathTask;
 
 /// What the media and lights of a scene do at one wavelength, so that the steps of a path need not look at those that
@@ -34,9 +36,10 @@ struct LinePlan {
     const PathOptics* optics = nullptr;
     std::vector<TrackedGrid> scattering, absorbing, dimming;
     std::vector<ShiningLight> lights;
-    bool is_thick = false;        ///< light is likely to be scattered on its way through all of the scene
-    bool seeks_sections = false;  ///< some light is worth looking for along a ray
-    double dim_later = 1;         ///< see RatioTracking; of transmittances behind a path's first vertex
+    const WeightWindow* window = nullptr;  ///< where there are guesses; or null
+    bool is_thick = false;                 ///< light is likely to be scattered on its way through all of the scene
+    bool seeks_sections = false;           ///< some light is worth looking for along a ray
+    double dim_later = 1;                  ///< see RatioTracking; of transmittances behind a path's first vertex
 };
 
 /// Elastic light of one wavelength along a ray: what PathTracer does, without what only spectra need. Absorption by
@@ -53,6 +56,8 @@ public:
     /// Photons s^-1 um^-2 sr^-1 that arrive along `ray`, scattered so many times at most, unbiased; no conversions.
     /// `pdf_per_sr`: see PathTask::pdf_start_per_sr.
     double radiance(const Ray& ray, const LinePlan& plan, int scatterings, double pdf_per_sr, Rng& rng);
+    /// The same of a ray from the camera, with the course of the path.
+    double record(const Ray& ray, const LinePlan& plan, int scatterings, Rng& rng, PathRecord& record);
 
     /// How a light of the plan shines wherever paths scatter, where that is the same all over and where light is looked
     /// for there alone; or null.
@@ -86,6 +91,8 @@ private:
 
     static constexpr double kDim = 0.1;
 
+    template <class Record>
+    double follow(Path path, const LinePlan& plan, int scatterings, Rng& rng, Record& record);
     bool is_thick(const PathOptics& optics) const;
     bool find_lit_sections(const Ray& ray, const LinePlan& plan);
     double lit_pdf(std::size_t light, double t_um) const;

@@ -35,7 +35,7 @@ PathTask line_task(const Illumination::Line& line, const PathOptics& optics) {
     return task;
 }
 
-PathTracer::PathTracer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows)
+PathTracer::PathTracer(const Scene& scene, const Illumination& illumination, const PathPrepass& prepass)
     : scene_(&scene), illumination_(&illumination), field_(scene), line_tracer_(scene, field_) {
     for (const Illumination::Line& line : illumination.lines()) {
         line_optics_.push_back(field_.optics(Wavelengths::one(line.wavelength_nm)));
@@ -43,8 +43,7 @@ PathTracer::PathTracer(const Scene& scene, const Illumination& illumination, con
     for (std::size_t i = 0; i < line_optics_.size(); ++i) {
         LinePlan& plan = line_plans_.emplace_back();
         line_tracer_.make_plan(line_task(illumination.lines()[i], line_optics_[i]), plan);
-        for (LinePlan::ShiningLight& light : plan.lights)
-            light.guess = shadows.find(i, light.index);
+        prepass.add_to(plan, i);
     }
     for (const Light& light : scene.lights) {
         has_far_lights_ = has_far_lights_ || std::holds_alternative<UniformLight>(light.shape) ||

@@ -7,9 +7,9 @@
 #include "fluovox/spectral/lanes.h"
 #include "fluovox/transport/direction_lobes.h"
 #include "fluovox/transport/illumination.h"
-#include "fluovox/transport/light_shadows.h"
 #include "fluovox/transport/line_tracer.h"
 #include "fluovox/transport/optical_field.h"
+#include "fluovox/transport/path_prepass.h"
 #include "fluovox/transport/source_table.h"
 
 #include <limits>
@@ -54,8 +54,8 @@ PathTask line_task(const Illumination::Line& line, const PathOptics& optics);
 /// Several emission wavelengths share a path by spectral multiple importance sampling (Wilkie et al. 2014).
 class PathTracer {
 public:
-    /// `shadows`, of this scene, spare rays to the lights and change no expectation; they must outlive it.
-    PathTracer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows = {});
+    /// `prepass`, of this scene, must outlive it.
+    PathTracer(const Scene& scene, const Illumination& illumination, const PathPrepass& prepass = {});
 
     /// One unbiased estimate of the radiance that arrives at the origin of `ray` from
     /// its direction.

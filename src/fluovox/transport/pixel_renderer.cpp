@@ -6,10 +6,10 @@
 
 namespace fluovox {
 
-PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows,
+PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illumination, const PathPrepass& prepass,
                              Sought sought)
     : scene_(&scene),
-      tracer_(scene, illumination, shadows),
+      tracer_(scene, illumination, prepass),
       camera_(scene.description.camera),
       response_(scene.description.film, scene.description.render.filter),
       orders_(scene.description.render.fluorescence_orders.value_or(PathTask::kNoLimit)),

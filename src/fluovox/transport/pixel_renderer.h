@@ -20,8 +20,8 @@ public:
     /// What of the light is looked for; layers of other light stay zero.
     enum class Sought { All, Elastic };
 
-    /// `shadows`: see PathTracer; they must outlive it.
-    PixelRenderer(const Scene& scene, const Illumination& illumination, const LightShadows& shadows = {},
+    /// `prepass`: see PathTracer; it must outlive it.
+    PixelRenderer(const Scene& scene, const Illumination& illumination, const PathPrepass& prepass = {},
                   Sought sought = Sought::All);
 
     /// One sample of a pixel (row x width + column) with the random numbers of number `sample`: a value for each layer

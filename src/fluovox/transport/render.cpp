@@ -85,10 +85,10 @@ RenderResult render(const Scene& scene, Progress& progress) {
     require_samplable_by_path(scene);
     const auto& camera = scene.description.camera;
     const std::int64_t pixels = std::int64_t{camera.width} * camera.height;
-    const LightShadows shadows(scene, illumination, pixels * scene.description.render.samples);
+    const PathPrepass prepass(scene, illumination, pixels * scene.description.render.samples);
     RenderResult result =
-        render_by_pixels(scene, progress, [&] { return PixelRenderer(scene, illumination, shadows); });
-    result.guess_bytes = shadows.memory_bytes();
+        render_by_pixels(scene, progress, [&] { return PixelRenderer(scene, illumination, prepass); });
+    result.guess_bytes = prepass.memory_bytes();
     return result;
 }
 

@@ -1,0 +1,74 @@
+#pragma once
+
+// A thick specimen in collimated light from the side, and paths that look at it.
+
+#include "fluovox/optics/camera_ray.h"
+#include "fluovox/transport/line_tracer.h"
+#include "fluovox/transport/path_tracer.h"
+
+#include "scene_kit.h"
+#include "statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace fluovox::testing {
+
+// A thick tube with a soft surface that goes across, and a massive lump.
+inline SparseGrid specimen(const Affine& world_from_index) {
+    const auto value = [](Voxel v) {
+        const auto soft = [](double inside) { return std::clamp(inside, 0.0, 1.0); };
+        const double tube = 3.5 - std::hypot(v.x - 30.0, v.y - 20.0 - 0.3 * v.z);
+        const double lump = 12 - std::hypot(v.x - 40.0, v.y - 45.0, v.z - 20.0);
+        return std::max(soft(tube), 0.6 * soft(lump));
+    };
+    return SparseGrid::from_function({-8, 0, 0}, {72, 64, 64}, world_from_index, value);
+}
+
+// The specimen in light from the side, with a thin medium all around it or without.
+inline Scene lit_specimen(double scattering, double around = 0) {
+    Scene scene;
+    scene.media = {host(specimen({}), scattering, 0.01)};
+    if (around > 0) scene.media.push_back(host(SphereRegion{{32, 32, 32}, 60}, around, 0.2 * around));
+    scene.lights = {laser(slanting_light({32, 32, 32}, 400), 488, 1)};
+    scene.description.film = spectrometer(487, 489, 1);
+    scene.description.camera = one_pixel({35, 35, 100}, {35, 35, 32}, {0, 1, 0}, 30);
+    return scene;
+}
+
+constexpr std::int64_t kManyPaths = 1'000'000;
+
+struct Seen {
+    RunningMean radiance;
+    TrackingCounts counts;
+};
+
+/// Radiance of the scene's one line; `change` may add to the plan of its paths.
+template <class Change>
+Seen look_at(const Scene& scene, const Change& change, std::uint64_t seed, int samples) {
+    const Illumination illumination(scene);
+    const CameraRays camera(scene.description.camera);
+    OpticalField field(scene);
+    LineTracer tracer(scene, field);
+    const Illumination::Line& line = illumination.lines()[0];
+    const PathOptics optics = field.optics(Wavelengths::one(line.wavelength_nm));
+    LinePlan plan;
+    tracer.make_plan(line_task(line, optics), plan);
+    change(plan);
+    Seen seen;
+    for (int n = 0; n < samples; ++n) {
+        Rng rng(seed, 0, static_cast<std::uint64_t>(n));
+        const Ray ray = camera.sample(0, 0, rng);
+        seen.radiance.add(tracer.radiance(ray, plan, PathTask::kNoLimit, 0, rng));
+    }
+    seen.counts = field.counts();
+    return seen;
+}
+
+/// By how many standard errors.
+inline double apart(const Seen& a, const Seen& b) {
+    return (a.radiance.mean - b.radiance.mean) / std::hypot(a.radiance.standard_error(), b.radiance.standard_error());
+}
+
+}  // namespace fluovox::testing
