@@ -20,15 +20,6 @@ Voxel in_block(int place) {
     return {place >> 4, (place >> 2) & 3, place & 3};
 }
 
-// The voxels of a block that lie in one of its four slices across an axis.
-std::uint64_t slice_of_block(int axis, int slice) {
-    std::uint64_t mask = 0;
-    for (int i = 0; i < 64; ++i) {
-        if (along(in_block(i), axis) == slice) mask |= std::uint64_t{1} << static_cast<unsigned>(i);
-    }
-    return mask;
-}
-
 int longest_axis(Vec3 v) {
     const Vec3 size{std::abs(v.x), std::abs(v.y), std::abs(v.z)};
     if (size.x >= size.y && size.x >= size.z) return 0;
@@ -73,15 +64,18 @@ public:
           lines_u_(place_lines(u_, slope_u_)),
           lines_v_(place_lines(v_, slope_v_)) {
         depths_.assign(lines_u_.count * lines_v_.count, 0.0F);
-        for (int s = 0; s < SparseGrid::kBlockSize; ++s)
-            slices_[static_cast<std::size_t>(s)] = slice_of_block(axis_, s);
+        for (int place = 0; place < 64; ++place) {
+            const Voxel voxel = in_block(place);
+            places_[static_cast<std::size_t>(place)] = {line_at(along(voxel, u_), along(voxel, v_)),
+                                                        static_cast<std::size_t>(along(voxel, axis_))};
+        }
     }
 
     void run() {
         find_bricks();
-        const int slices = SparseGrid::kBrickSize * along(grid_->brick_count_, axis_);
-        for (int n = 0; n < slices; ++n)
-            take_slice(forward_ ? n : slices - 1 - n);
+        const int layers = along(grid_->brick_count_, axis_);
+        for (int n = 0; n < layers; ++n)
+            take_layer(forward_ ? n : layers - 1 - n);
     }
 
 private:
@@ -91,9 +85,15 @@ private:
         std::uint32_t brick = 0;
         int u = 0, v = 0;  // of its corner, in voxels of the box
     };
-    struct Shade {
-        std::size_t line = 0;  // the first of the four around a voxel
-        float depth = 0;       // that it adds
+    // A voxel that is not zero.
+    struct Filled {
+        std::uint32_t line = 0;         // the first of the four around it, in a slice where lines start at its corner
+        float depth = 0;                // that it adds
+        std::uint8_t* level = nullptr;  // where its share of light goes; or null
+    };
+    struct Place {
+        std::uint32_t line = 0;  // from the corner of the block
+        std::size_t slice = 0;
     };
 
     struct Lines {
@@ -128,70 +128,88 @@ private:
         }
     }
 
-    // First all voxels read what lies before them, then all add what they are.
-    void take_slice(int slice) {
-        const double u = -slope_u_ * slice - lines_u_.first;
-        const double v = -slope_v_ * slice - lines_v_.first;
-        line_u_ = static_cast<int>(u);
-        line_v_ = static_cast<int>(v);
-        const auto fu = static_cast<float>(u - line_u_);
-        const auto fv = static_cast<float>(v - line_v_);
-        weights_ = {(1 - fu) * (1 - fv), (1 - fu) * fv, fu * (1 - fv), fu * fv};
-        shades_.clear();
-        for (const Placed& placed : by_layer_[static_cast<std::size_t>(slice / SparseGrid::kBrickSize)]) {
-            for (unsigned block = 0; block < 8; ++block) {
-                const Voxel corner{static_cast<int>(block & 4U), static_cast<int>((block & 2U) << 1U),
-                                   static_cast<int>((block & 1U) << 2U)};
-                if (along(corner, axis_) != (slice & 4)) continue;
-                shade_block(placed, block, corner, slice & 3);
-            }
+    void take_layer(int layer) {
+        for (std::vector<Filled>& slice : slices_)
+            slice.clear();
+        for (const Placed& placed : by_layer_[static_cast<std::size_t>(layer)]) {
+            for (unsigned block = 0; block < 8; ++block)
+                take_block(placed, block);
         }
-        keep_spots(slice);
-        for (const Shade& shade : shades_) {
-            float* line = &depths_[shade.line];
-            line[0] += weights_[0] * shade.depth;
-            line[1] += weights_[1] * shade.depth;
-            line[lines_v_.count] += weights_[2] * shade.depth;
-            line[lines_v_.count + 1] += weights_[3] * shade.depth;
-        }
+        constexpr int kSlices = SparseGrid::kBrickSize;
+        for (int n = 0; n < kSlices; ++n)
+            shade_slice(kSlices * layer + (forward_ ? n : kSlices - 1 - n));
     }
 
-    void shade_block(const Placed& placed, unsigned block, Voxel corner, int slice) {
+    // Sorts its voxels into slices.
+    void take_block(const Placed& placed, unsigned block) {
         const SparseGrid::Brick& brick = grid_->bricks_[placed.brick];
         const std::uint16_t child = brick.child[block];
-        const int u = placed.u + along(corner, u_) + line_u_;
-        const int v = placed.v + along(corner, v_) + line_v_;
-        const std::uint64_t sliced = slices_[static_cast<std::size_t>(slice)];
+        const Voxel corner{static_cast<int>(block & 4U), static_cast<int>((block & 2U) << 1U),
+                           static_cast<int>((block & 1U) << 2U)};
+        const std::uint32_t line = line_at(placed.u + along(corner, u_), placed.v + along(corner, v_));
+        std::vector<Filled>* const slices = &slices_[static_cast<std::size_t>(along(corner, axis_))];
+        const auto take = [&](int n, float value, std::uint8_t* level) {
+            const Place& place = places_[static_cast<std::size_t>(n)];
+            slices[place.slice].push_back({line + place.line, step_depth_ * value, level});
+        };
         if (child >= SparseGrid::kConstants) {
             const float value = grid_->constants_[child - SparseGrid::kConstants];
             if (value <= 0) return;
-            for (std::uint64_t left = sliced; left != 0; left &= left - 1) {
-                const int place = std::countr_zero(left);
-                const float depth = depth_at(place, u, v, value);
-                if (place == kMiddle) shadows_->of_blocks_[8 * std::size_t{placed.brick} + block] = share_(depth);
-            }
+            std::uint8_t* const level = &shadows_->of_blocks_[8 * std::size_t{placed.brick} + block];
+            for (int n = 0; n < 64; ++n)
+                take(n, value, n == kMiddle ? level : nullptr);
             return;
         }
-        const std::size_t first = std::size_t{brick.base} + child;
+        std::size_t code = std::size_t{brick.base} + child;
         std::uint64_t mask = 0;
-        std::memcpy(&mask, &grid_->codes_[first], sizeof(mask));
-        for (std::uint64_t left = mask & sliced; left != 0; left &= left - 1) {
-            const std::uint64_t below = (left & (0 - left)) - 1;
-            const std::size_t code = first + 4 + static_cast<std::size_t>(SparseGrid::count_bits(mask & below));
-            shadows_->shares_[code] =
-                share_(depth_at(std::countr_zero(left), u, v, brick.decoded(grid_->codes_[code])));
+        std::memcpy(&mask, &grid_->codes_[code], sizeof(mask));
+        code += 4;
+        for (; mask != 0; mask &= mask - 1, ++code)
+            take(std::countr_zero(mask), brick.decoded(grid_->codes_[code]), &shadows_->shares_[code]);
+    }
+
+    // First all voxels read what lies before them, then all add what they are.
+    void shade_slice(int slice) {
+        const double u = -slope_u_ * slice - lines_u_.first;
+        const double v = -slope_v_ * slice - lines_v_.first;
+        const int line_u = static_cast<int>(u);
+        const int line_v = static_cast<int>(v);
+        const auto fu = static_cast<float>(u - line_u);
+        const auto fv = static_cast<float>(v - line_v);
+        const std::array<float, 4> weights = {(1 - fu) * (1 - fv), (1 - fu) * fv, fu * (1 - fv), fu * fv};
+        float* const lines = &depths_[line_at(line_u, line_v)];
+        const std::size_t next = lines_v_.count;
+        const std::vector<Filled>& filled = slices_[static_cast<std::size_t>(slice % SparseGrid::kBrickSize)];
+        for (const Filled& voxel : filled) {
+            if (voxel.level == nullptr) continue;
+            const float* line = lines + voxel.line;
+            const float before =
+                weights[0] * line[0] + weights[1] * line[1] + weights[2] * line[next] + weights[3] * line[next + 1];
+            *voxel.level = share_(before + 0.5F * voxel.depth);
+        }
+        keep_spots(slice, filled);
+        for (const Filled& voxel : filled) {
+            float* line = lines + voxel.line;
+            line[0] += weights[0] * voxel.depth;
+            line[1] += weights[1] * voxel.depth;
+            line[next] += weights[2] * voxel.depth;
+            line[next + 1] += weights[3] * voxel.depth;
         }
     }
 
+    std::uint32_t line_at(int u, int v) const {
+        return static_cast<std::uint32_t>(static_cast<std::size_t>(u) * lines_v_.count + static_cast<std::size_t>(v));
+    }
+
     // Every so many voxels one is kept; when those are too many, every second of them.
-    void keep_spots(int slice) {
+    void keep_spots(int slice, const std::vector<Filled>& filled) {
         std::vector<Voxel>& spots = shadows_->spots_;
-        for (; next_spot_ < seen_ + shades_.size(); next_spot_ += between_spots_) {
-            const std::size_t line = shades_[next_spot_ - seen_].line;
+        for (; next_spot_ < seen_ + filled.size(); next_spot_ += between_spots_) {
+            const std::uint32_t line = filled[next_spot_ - seen_].line;
             std::array<int, 3> at{};
             at[static_cast<std::size_t>(axis_)] = slice;
-            at[static_cast<std::size_t>(u_)] = static_cast<int>(line / lines_v_.count) - line_u_;
-            at[static_cast<std::size_t>(v_)] = static_cast<int>(line % lines_v_.count) - line_v_;
+            at[static_cast<std::size_t>(u_)] = static_cast<int>(line / lines_v_.count);
+            at[static_cast<std::size_t>(v_)] = static_cast<int>(line % lines_v_.count);
             const Voxel low = grid_->occupied_min_;
             spots.push_back({low.x + at[0], low.y + at[1], low.z + at[2]});
             if (spots.size() < kMostSpots) continue;
@@ -200,20 +218,7 @@ private:
             spots.resize(kMostSpots / 2);
             between_spots_ *= 2;
         }
-        seen_ += shades_.size();
-    }
-
-    // The optical depth at a voxel of the block there; what it adds is noted.
-    float depth_at(int place, int u, int v, float value) {
-        const Voxel voxel = in_block(place);
-        const std::size_t first = static_cast<std::size_t>(u + along(voxel, u_)) * lines_v_.count +
-                                  static_cast<std::size_t>(v + along(voxel, v_));
-        const float* line = &depths_[first];
-        const float before = weights_[0] * line[0] + weights_[1] * line[1] + weights_[2] * line[lines_v_.count] +
-                             weights_[3] * line[lines_v_.count + 1];
-        const float own = step_depth_ * value;
-        shades_.push_back({first, own});
-        return before + 0.5F * own;
+        seen_ += filled.size();
     }
 
     ShadowGrid* shadows_;
@@ -223,12 +228,10 @@ private:
     double slope_u_, slope_v_;  // of the light, per slice
     float step_depth_;          // optical depth from slice to slice, per unit of value
     Lines lines_u_, lines_v_;
-    std::vector<float> depths_;       // of the lines, up to the slice
-    int line_u_ = 0, line_v_ = 0;     // of the slice: the line before its first voxel
-    std::array<float, 4> weights_{};  // and those of a voxel's four lines
-    std::vector<Shade> shades_;
-    std::size_t seen_ = 0, next_spot_ = 0, between_spots_ = 1;  // voxels
-    std::array<std::uint64_t, 4> slices_{};
+    std::vector<float> depths_;  // of the lines, up to the slice
+    std::array<Place, 64> places_{};
+    std::array<std::vector<Filled>, SparseGrid::kBrickSize> slices_;  // of the layer
+    std::size_t seen_ = 0, next_spot_ = 0, between_spots_ = 1;        // voxels
     std::vector<std::vector<Placed>> by_layer_;
     ShareTable share_;
 };
