@@ -5,6 +5,7 @@
 #include "fluovox/optics/camera_ray.h"
 #include "fluovox/transport/line_tracer.h"
 #include "fluovox/transport/path_tracer.h"
+#include "fluovox/transport/weight_window.h"
 
 #include "scene_kit.h"
 #include "statistics.h"
@@ -44,25 +45,52 @@ struct Seen {
     TrackingCounts counts;
 };
 
-/// Radiance of the scene's one line; `change` may add to the plan of its paths.
-template <class Change>
-Seen look_at(const Scene& scene, const Change& change, std::uint64_t seed, int samples) {
-    const Illumination illumination(scene);
-    const CameraRays camera(scene.description.camera);
-    OpticalField field(scene);
-    LineTracer tracer(scene, field);
-    const Illumination::Line& line = illumination.lines()[0];
-    const PathOptics optics = field.optics(Wavelengths::one(line.wavelength_nm));
-    LinePlan plan;
-    tracer.make_plan(line_task(line, optics), plan);
-    change(plan);
-    Seen seen;
-    for (int n = 0; n < samples; ++n) {
-        Rng rng(seed, 0, static_cast<std::uint64_t>(n));
-        const Ray ray = camera.sample(0, 0, rng);
-        seen.radiance.add(tracer.radiance(ray, plan, PathTask::kNoLimit, 0, rng));
+/// Paths of the scene's one line.
+class LinePaths {
+public:
+    explicit LinePaths(const Scene& scene)
+        : illumination_(scene),
+          camera_(scene.description.camera),
+          field_(scene),
+          tracer_(scene, field_),
+          optics_(field_.optics(Wavelengths::one(illumination_.lines()[0].wavelength_nm))) {
+        tracer_.make_plan(line_task(illumination_.lines()[0], optics_), plan_);
     }
-    seen.counts = field.counts();
+
+    LinePlan& plan() { return plan_; }
+    const TrackingCounts& counts() { return field_.counts(); }
+
+    /// From the camera, with the random numbers of sample `n`.
+    double radiance(std::uint64_t seed, int n, int scatterings = PathTask::kNoLimit) {
+        Rng rng(seed, 0, static_cast<std::uint64_t>(n));
+        const Ray ray = camera_.sample(0, 0, rng);
+        return tracer_.radiance(ray, plan_, scatterings, 0, rng);
+    }
+    double record(std::uint64_t seed, int n, PathRecord& record) {
+        Rng rng(seed, 0, static_cast<std::uint64_t>(n));
+        const Ray ray = camera_.sample(0, 0, rng);
+        return tracer_.record(ray, plan_, PathTask::kNoLimit, rng, record);
+    }
+
+private:
+    Illumination illumination_;
+    CameraRays camera_;
+    OpticalField field_;
+    LineTracer tracer_;
+    PathOptics optics_;
+    LinePlan plan_;
+};
+
+/// Radiance of that line; `change` may add to the plan of its paths.
+template <class Change>
+Seen look_at(const Scene& scene, const Change& change, std::uint64_t seed, int samples,
+             int scatterings = PathTask::kNoLimit) {
+    LinePaths paths(scene);
+    change(paths.plan());
+    Seen seen;
+    for (int n = 0; n < samples; ++n)
+        seen.radiance.add(paths.radiance(seed, n, scatterings));
+    seen.counts = paths.counts();
     return seen;
 }
 

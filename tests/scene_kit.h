@@ -58,9 +58,9 @@ inline Dye flat_dye(double mu_per_um_per_uM, double absorb_from_nm, double absor
 
 /// Collimated light that comes down on a point from the side, even over a square of this size around it; it starts as
 /// far before it.
-inline SheetLight slanting_light(Vec3 onto_um, double size_um) {
+inline SheetLight slanting_light(Vec3 onto_um, double size_um, Vec3 direction = {0.48, 0.36, -0.8}) {
     SheetLight sheet;
-    sheet.direction = normalized(Vec3{0.48, 0.36, -0.8});
+    sheet.direction = normalized(direction);
     sheet.normal = normalized(cross(sheet.direction, Vec3{0, 1, 0}));
     sheet.position = sheet.waist = onto_um - size_um * sheet.direction;
     sheet.width_um = sheet.thickness_um = size_um;

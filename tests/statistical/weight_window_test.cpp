@@ -29,15 +29,9 @@ PathPrepass prepass_of(const Scene& scene, std::int64_t paths = kManyPaths) {
 
 bool has_window(const Scene& scene, std::int64_t paths = kManyPaths) {
     const PathPrepass prepass = prepass_of(scene, paths);
-    bool has = false;
-    look_at(
-        scene,
-        [&](LinePlan& plan) {
-            prepass.add_to(plan, 0);
-            has = plan.window != nullptr;
-        },
-        1, 0);
-    return has;
+    LinePlan plan;
+    prepass.add_to(plan, 0);
+    return plan.window != nullptr;
 }
 
 // With guesses in each case.
@@ -51,7 +45,8 @@ Seen look_through(const WeightWindow* window, const Scene& scene, std::uint64_t 
 }
 
 Scene brighter(Scene scene) {
-    scene.lights[0].power_W *= 1.06;
+    for (Light& light : scene.lights)
+        light.power_W *= 1.06;
     return scene;
 }
 
@@ -68,6 +63,30 @@ TEST(WeightWindow, ChangesNoExpectationAndSavesTime) {
     const auto noise = [](const Seen& of) { return of.radiance.standard_error() * of.radiance.standard_error(); };
     EXPECT_LT(scatterings(seen), 0.7 * scatterings(followed));
     EXPECT_LT(noise(seen) * scatterings(seen), 0.95 * noise(followed) * scatterings(followed));
+}
+
+// A second light from elsewhere, a medium around the specimen, and few scatterings.
+TEST(WeightWindow, ChangesNoExpectationWhereThereIsMore) {
+    Scene two_lights = lit_specimen(kDense);
+    two_lights.lights.push_back(testing::laser(testing::slanting_light({32, 32, 32}, 400, {-0.6, 0, -0.8}), 488, 3));
+    struct Case {
+        Scene scene;
+        int scatterings;
+    };
+    for (const auto& [scene, scatterings] :
+         {Case{two_lights, PathTask::kNoLimit}, Case{lit_specimen(kDense, 0.005), PathTask::kNoLimit},
+          Case{lit_specimen(kDense), 12}}) {
+        ASSERT_TRUE(has_window(scene));
+        const PathPrepass prepass = prepass_of(scene);
+        const auto both = [&](LinePlan& plan) { prepass.add_to(plan, 0); };
+        const auto guesses = [&](LinePlan& plan) {
+            prepass.add_to(plan, 0);
+            plan.window = nullptr;
+        };
+        const Seen seen = look_at(scene, both, 5, 200000, scatterings);
+        EXPECT_LT(std::abs(apart(seen, look_at(scene, guesses, 6, 200000, scatterings))), 5);
+        EXPECT_GT(std::abs(apart(seen, look_at(brighter(scene), guesses, 6, 200000, scatterings))), 5);
+    }
 }
 
 // One that ends paths at random.
@@ -90,6 +109,37 @@ TEST(WeightWindow, IsThereOnlyWhereItPays) {
     Scene scene = lit_specimen(kDense);
     scene.media[0].phase = HenyeyGreenstein{0.9};
     EXPECT_FALSE(has_window(scene)) << "light is scattered sharply";
+    scene = lit_specimen(kDense);
+    scene.description.camera.field_um = 2000;
+    EXPECT_FALSE(has_window(scene)) << "hardly any path meets it";
+    scene = lit_specimen(kDense);
+    scene.lights.push_back(scene.lights[0]);
+    std::get<SheetLight>(scene.lights[1].shape).width_um = 4;
+    EXPECT_FALSE(has_window(scene)) << "a light that levels do not tell of";
+}
+
+// What is found is put down to the scattering where it was found, wherever paths end.
+TEST(PathRecord, TellsWhatWasFoundWhere) {
+    const Scene scene = lit_specimen(0.5, 0.005);
+    const PathPrepass prepass = prepass_of(scene);
+    testing::LinePaths paths(scene);
+    prepass.add_to(paths.plan(), 0);
+    PathRecord record;
+    int scattered = 0;
+    for (int n = 0; n < 2000; ++n) {
+        const std::int64_t before = paths.counts().real_collisions;
+        record.clear();
+        const double light = paths.record(1, n, record);
+        const auto scatterings = static_cast<int>(paths.counts().real_collisions - before);
+        EXPECT_EQ(record.flights(), scatterings + (record.has_left() ? 1 : 0));
+        EXPECT_EQ(light, paths.radiance(1, n)) << "the same path";
+        if (record.scatterings().empty()) continue;
+        const PathRecord::Scattering& last = record.scatterings().back();
+        EXPECT_EQ(last.flights, scatterings);
+        EXPECT_DOUBLE_EQ(last.found, light) << "nothing is found after the last one";
+        scattered += record.scatterings().size() > 3 ? 1 : 0;
+    }
+    EXPECT_GT(scattered, 100);
 }
 
 // One path whose light comes in these parts: before its second scattering, just there, and after it.
@@ -147,9 +197,20 @@ TEST(WeightWindow, EndsNoPathThatWouldBeWorthFour) {
 TEST(WeightWindow, IsNotMadeOfPathsThatTellNothing) {
     WeightWindow::Survey survey;
     EXPECT_FALSE(survey.window());
-    add(survey, {10, 1, 0, 0, 0, 3});
-    survey.add_pair(0, 0);
-    EXPECT_FALSE(survey.window());
+    for (int n = 0; n < 100; ++n) {
+        add(survey, {10, 1, 0, 0, 1e-3, 30});
+        survey.add_pair(0, 1);
+    }
+    EXPECT_FALSE(survey.window()) << "few of them";
+    for (int n = 0; n < 1000; ++n)
+        add(survey, {10, 1, 0, 0, 1e-3, 30});
+    EXPECT_TRUE(survey.window());
+    WeightWindow::Survey dark;
+    for (int n = 0; n < 1000; ++n) {
+        add(dark, {10, 1, 0, 0, 0, 3});
+        dark.add_pair(0, 0);
+    }
+    EXPECT_FALSE(dark.window()) << "without light";
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "fluovox/transport/illumination.h"
 
 #include "fluovox/optics/light_sampling.h"
+#include "fluovox/transport/film_response.h"
 
 #include <algorithm>
 #include <cmath>
@@ -154,6 +155,14 @@ std::optional<Excitation> Illumination::sample(const std::vector<double>& weight
     }
     if (!(excitation.probability > 0)) return std::nullopt;
     return excitation;
+}
+
+std::vector<std::size_t> Illumination::lines_seen_by(const FilmResponse& film) const {
+    std::vector<std::size_t> seen;
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+        if (film.sees(lines_[i].wavelength_nm)) seen.push_back(i);
+    }
+    return seen;
 }
 
 }  // namespace fluovox

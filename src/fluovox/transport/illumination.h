@@ -4,10 +4,13 @@
 #include "fluovox/scene/scene.h"
 #include "fluovox/spectral/spectrum.h"
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
 namespace fluovox {
+
+class FilmResponse;
 
 /// A wavelength chosen to excite dyes at: one laser line, or a point of the continuous spectra.
 struct Excitation {
@@ -28,6 +31,8 @@ public:
     explicit Illumination(const Scene& scene);
 
     const std::vector<Line>& lines() const { return lines_; }
+    /// Places of those that reach some channel of a film.
+    std::vector<std::size_t> lines_seen_by(const FilmResponse& film) const;
     bool has_continuous() const { return has_continuous_; }
     /// Photons of one light in an excitation.
     double photons(int light, const Excitation& excitation) const;

@@ -31,10 +31,7 @@ LightShadows::LightShadows(const Scene& scene, const Illumination& illumination,
     const RenderDescription& render = scene.description.render;
     if (render.plain_tracking || render.max_scatterings == 0) return;
     const FilmResponse film(scene.description.film, render.filter);
-    std::vector<std::size_t> seen;
-    for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
-        if (film.sees(illumination.lines()[i].wavelength_nm)) seen.push_back(i);
-    }
+    const std::vector<std::size_t> seen = illumination.lines_seen_by(film);
     OpticalField field(scene);
     const LineTracer tracer(scene, field);
     for (const std::size_t i : seen) {

@@ -111,6 +111,15 @@ void LineTracer::make_plan(const PathTask& task, LinePlan& plan) const {
         plan.lights.push_back({l, photons, nullptr});
         plan.seeks_sections = plan.seeks_sections || even_light(plan.lights.back(), plan) == nullptr;
     }
+    if (plan.lights.size() < 2) return;
+    // The brightest even light first: a weight window goes by that.
+    const auto brightness = [&](const LinePlan::ShiningLight& light) {
+        const LightSample* even = even_light(light, plan);
+        return even == nullptr ? 0 : even->fluence_per_um2 * light.photons;
+    };
+    std::iter_swap(plan.lights.begin(),
+                   std::max_element(plan.lights.begin(), plan.lights.end(),
+                                    [&](const auto& a, const auto& b) { return brightness(a) < brightness(b); }));
 }
 
 // True where light is likely to be scattered on its way through all of the scene, at its densest.

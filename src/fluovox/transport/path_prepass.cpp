@@ -2,17 +2,20 @@
 
 #include "fluovox/medium/phase_function.h"
 #include "fluovox/optics/camera_ray.h"
+#include "fluovox/transport/film_response.h"
 #include "fluovox/transport/line_tracer.h"
 #include "fluovox/transport/path_tracer.h"
 
 #include <algorithm>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 namespace fluovox {
 namespace {
 
 constexpr int kPairs = 2048;
-constexpr std::int64_t kPathsPerSurveyed = 16;
+constexpr double kPathsPerSurveyed = 32;
 
 // True where what paths find depends so much on where they fly that a few thousand of them do not tell.
 bool scatters_sharply(const Scene& scene) {
@@ -51,20 +54,26 @@ std::optional<WeightWindow> survey(const Scene& scene, const LinePlan& plan, Lin
 
 PathPrepass::PathPrepass(const Scene& scene, const Illumination& illumination, std::int64_t paths)
     : shadows_(scene, illumination, paths) {
-    if (shadows_.empty() || paths < kPathsPerSurveyed * 2 * kPairs || scatters_sharply(scene)) return;
+    const FilmResponse film(scene.description.film, scene.description.render.filter);
+    const std::vector<std::size_t> seen = illumination.lines_seen_by(film);
+    const auto surveyed = static_cast<double>(2 * kPairs * seen.size());
+    if (shadows_.empty() || static_cast<double>(paths) < kPathsPerSurveyed * surveyed || scatters_sharply(scene))
+        return;
     OpticalField field(scene);
     LineTracer tracer(scene, field);
-    for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
+    for (const std::size_t i : seen) {
         const Illumination::Line& line = illumination.lines()[i];
         const PathOptics optics = field.optics(Wavelengths::one(line.wavelength_nm));
         LinePlan plan;
         tracer.make_plan(line_task(line, optics), plan);
         add_to(plan, i);
-        const bool has_guesses = std::any_of(plan.lights.begin(), plan.lights.end(),
-                                             [](const auto& light) { return light.guess != nullptr; });
-        if (!has_guesses) continue;
+        // Levels say nothing of light that is not guessed.
+        const bool tells = std::all_of(plan.lights.begin(), plan.lights.end(),
+                                       [](const auto& light) { return light.guess != nullptr; });
+        if (plan.lights.empty() || !tells) continue;
         if (const auto window = survey(scene, plan, tracer)) windows_.emplace(i, *window);
     }
+    counts_ = field.counts();
 }
 
 void PathPrepass::add_to(LinePlan& plan, std::size_t line) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "fluovox/scene/scene.h"
+#include "fluovox/transport/grid_tracking.h"
 #include "fluovox/transport/illumination.h"
 #include "fluovox/transport/light_shadows.h"
 #include "fluovox/transport/weight_window.h"
@@ -26,10 +27,13 @@ public:
     void add_to(LinePlan& plan, std::size_t line) const;
 
     std::size_t memory_bytes() const { return shadows_.memory_bytes(); }
+    /// What its own paths met.
+    const TrackingCounts& counts() const { return counts_; }
 
 private:
     LightShadows shadows_;
     std::map<std::size_t, WeightWindow> windows_;
+    TrackingCounts counts_;
 };
 
 }  // namespace fluovox

@@ -16,9 +16,7 @@ PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illuminatio
       dyes_seen_(!scene.dyes.empty() && orders_ > 0 && sought == Sought::All),
       channels_(scene.description.film.channels.size()),
       layers_(count_film_layers(scene)) {
-    for (std::size_t i = 0; i < illumination.lines().size(); ++i) {
-        if (response_.sees(illumination.lines()[i].wavelength_nm)) visible_lines_.push_back(i);
-    }
+    visible_lines_ = illumination.lines_seen_by(response_);
     scatterings_ = scene.description.render.max_scatterings.value_or(PathTask::kNoLimit);
 }
 

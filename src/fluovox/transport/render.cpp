@@ -88,6 +88,8 @@ RenderResult render(const Scene& scene, Progress& progress) {
     const PathPrepass prepass(scene, illumination, pixels * scene.description.render.samples);
     RenderResult result =
         render_by_pixels(scene, progress, [&] { return PixelRenderer(scene, illumination, prepass); });
+    result.film.add_bound_violations(prepass.counts().bound_violations);
+    result.counts.bound_violations += prepass.counts().bound_violations;
     result.guess_bytes = prepass.memory_bytes();
     return result;
 }

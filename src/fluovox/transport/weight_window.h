@@ -12,13 +12,18 @@ namespace fluovox {
 class PathRecord {
 public:
     struct Scattering {
-        std::uint8_t level = 0;  ///< of the light at the scattering before, see ShadowGrid
+        std::uint8_t level = 0;  ///< of the light at an earlier one, as WeightWindow takes it
         double worth = 0;        ///< of the path
         double found = 0;        ///< light found until then, that scattered just there included
         int flights = 0;         ///< until then
     };
 
-    void clear() { *this = {}; }
+    void clear() {
+        scatterings_.clear();
+        level_.reset();
+        flights_ = 0;
+        has_left_ = false;
+    }
     void fly() { ++flights_; }
     void leave() { has_left_ = true; }
     void see_level(std::uint8_t level) { level_ = level; }
@@ -41,9 +46,10 @@ private:
     bool has_left_ = false;
 };
 
-/// What a path must be worth to go on as it is: the lower bound of a weight window (Booth & Hendricks, Nucl. Technol.
-/// Fusion 5 (1984) 90), by how much light got to where it was scattered last. With what is worth less Russian roulette
-/// is played: it ends, or is worth that. (Nothing is split.)
+/// What a path must be worth where it is scattered to go on as it is: the lower bound of a weight window (Booth &
+/// Hendricks, Nucl. Technol. Fusion 5 (1984) 90). With what is worth less Russian roulette is played: it ends, or is
+/// worth that. (Nothing is split.) The bound depends on how much of the light gets to where the path was scattered
+/// before: that is as good, and known by then, while for that of the place itself memory would have to be waited for.
 ///
 /// Noise for a given time is about least where a path goes on with the chance, per unit of its worth,
 ///
@@ -66,7 +72,7 @@ public:
         /// What two paths of the same pixel found.
         void add_pair(double a, double b) { squares_ += 0.5 * (a - b) * (a - b); }
 
-        /// None where it would end too few paths to be worth the trouble.
+        /// None where too few paths were scattered to tell, or too few would end to be worth the trouble.
         std::optional<WeightWindow> window() const;
 
     private:
@@ -79,6 +85,7 @@ public:
 
         std::array<Later, kPlaces> later_;
         double time_ = 0, squares_ = 0;
+        int told_ = 0;  // paths that were scattered more than once
     };
 
     using Bounds = std::array<float, 256>;
