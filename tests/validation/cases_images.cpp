@@ -3,6 +3,7 @@
 #include "fluovox/medium/dye_library.h"
 #include "fluovox/spectral/photons.h"
 
+#include "lit_specimen.h"
 #include "photon_walk.h"
 #include "scene_kit.h"
 #include "validation/case.h"
@@ -301,7 +302,8 @@ Case total_case(const std::string& name, const Scene& scene, const std::string& 
         });
     };
     Case result;
-    result.name = fmt::format("path over light: all {} light in the picture of {}", layer, name);
+    result.name =
+        fmt::format("path over light: all {}light in the picture of {}", layer == kTotalLayer ? "" : layer + " ", name);
     result.expected = 1;
     result.source = "the other estimator";
     result.fixed = samples;
@@ -330,6 +332,15 @@ Case cube_total_case(const char* layer) {
     Scene scene = lit_cube();
     scene.description.camera.width = scene.description.camera.height = 8;
     return total_case("the milky cube", scene, layer, 5000, 4);
+}
+
+/// Elastic light of a thick specimen in voxels, lit from the side: guessed shadows and a weight window serve `path`.
+Case thick_specimen_case() {
+    Scene scene = testing::lit_specimen(2);
+    scene.lights = {testing::laser(testing::slanting_light({32, 32, 32}, 140), 488, 1e-3)};
+    scene.description.camera.width = scene.description.camera.height = 8;
+    scene.description.camera.numerical_aperture = 0.2;
+    return total_case("a thick specimen", scene, kTotalLayer, 6000, 6);
 }
 
 /// All fluorescence in the picture of the milky cube, over that of photons which are followed one by one by the plain
@@ -408,6 +419,7 @@ std::vector<Case> image_cases(const std::shared_ptr<PlotBook>& plots) {
     for (Case& figure : figure_cases(plots))
         cases.push_back(std::move(figure));
     cases.push_back(plain_photons_case());
+    cases.push_back(thick_specimen_case());
     return cases;
 }
 
