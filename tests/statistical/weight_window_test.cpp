@@ -71,11 +71,10 @@ TEST(WeightWindow, ChangesNoExpectationWhereThereIsMore) {
     two_lights.lights.push_back(testing::laser(testing::slanting_light({32, 32, 32}, 400, {-0.6, 0, -0.8}), 488, 3));
     struct Case {
         Scene scene;
-        int scatterings;
+        int scatterings = PathTask::kNoLimit;
     };
     for (const auto& [scene, scatterings] :
-         {Case{two_lights, PathTask::kNoLimit}, Case{lit_specimen(kDense, 0.005), PathTask::kNoLimit},
-          Case{lit_specimen(kDense), 12}}) {
+         {Case{two_lights}, Case{lit_specimen(kDense, 0.005)}, Case{lit_specimen(kDense), 12}}) {
         ASSERT_TRUE(has_window(scene));
         const PathPrepass prepass = prepass_of(scene);
         const auto both = [&](LinePlan& plan) { prepass.add_to(plan, 0); };

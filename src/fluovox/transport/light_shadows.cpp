@@ -5,6 +5,7 @@
 #include "fluovox/transport/line_tracer.h"
 #include "fluovox/transport/path_tracer.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace fluovox {
@@ -15,13 +16,14 @@ constexpr double kVoxelsPerPath = 16;
 // Of a wide and almost empty box the lines of light would take much more memory than the grid.
 constexpr double kLinesPerVoxel = 1;
 constexpr double kFewLines = 1e6;
+constexpr double kMostLines = 4e9;  // they are counted in 32 bits
 
 // The grid that alone dims and scatters the light; null where there is no such, or none to guess in.
 const SparseGrid* only_grid(const Scene& scene, const LinePlan& plan) {
     if (plan.dimming.size() != 1 || plan.scattering.size() != 1) return nullptr;
     const SparseGrid& grid = *scene.media[static_cast<std::size_t>(plan.dimming[0].medium)].grid;
     if (!grid.has_directory() || grid.background() > 0) return nullptr;
-    const double most = kFewLines + kLinesPerVoxel * static_cast<double>(grid.filled_voxels());
+    const double most = std::min(kFewLines + kLinesPerVoxel * static_cast<double>(grid.filled_voxels()), kMostLines);
     return ShadowGrid::most_lines(grid) <= most ? &grid : nullptr;
 }
 

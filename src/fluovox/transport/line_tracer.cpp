@@ -54,6 +54,11 @@ bool covers(const Light& light, const Bounds& box) {
     return true;
 }
 
+// What goes by roulette when it is worth less, where so much of the light got to before.
+double faint_worth(const LinePlan& plan, std::uint8_t level) {
+    return plan.window == nullptr ? kFaintPath : plan.window->lower_bound(level);
+}
+
 // PathRecord where nothing is learned.
 struct NoRecord {
     static void fly() {}
@@ -271,6 +276,7 @@ double LineTracer::from_rectangles(const Path& path, const LinePlan& plan, Rng& 
 
 // Uniform light where the path leaves.
 double LineTracer::from_surround(const Path& path, const LinePlan& plan, Rng& rng) {
+    if (!has_surround_) return 0;
     double photons = 0;
     for (const LinePlan::ShiningLight& light : plan.lights) {
         if (std::holds_alternative<UniformLight>(scene_->lights[light.index].shape)) photons += light.photons;
@@ -357,7 +363,7 @@ template <class Record>
 double LineTracer::follow(Path path, const LinePlan& plan, int scatterings, Rng& rng, Record& record) {
     int left = scatterings;
     double total = 0;
-    double faint = kFaintPath;  // what is worth less goes by roulette
+    double faint = kFaintPath;
     const auto add_own = [&](double light) {
         total += light;
         record.add_own(light);
@@ -371,12 +377,12 @@ double LineTracer::follow(Path path, const LinePlan& plan, int scatterings, Rng&
         if (!awaited_.empty()) {
             const std::uint8_t level = *awaited_.front().place.level;
             record.see_level(level);
-            if (plan.window != nullptr) faint = plan.window->lower_bound(level);
+            faint = faint_worth(plan, level);
             add_own(add_awaited(plan, rng));
         }
         if (flight.medium < 0) {
             record.leave();
-            if (has_surround_) total += path.beta * from_surround(path, plan, rng);
+            total += path.beta * from_surround(path, plan, rng);
             break;
         }
         if (left == 0) break;

@@ -56,9 +56,9 @@ PathPrepass::PathPrepass(const Scene& scene, const Illumination& illumination, s
     : shadows_(scene, illumination, paths) {
     const FilmResponse film(scene.description.film, scene.description.render.filter);
     const std::vector<std::size_t> seen = illumination.lines_seen_by(film);
-    const auto surveyed = static_cast<double>(2 * kPairs * seen.size());
-    if (shadows_.empty() || static_cast<double>(paths) < kPathsPerSurveyed * surveyed || scatters_sharply(scene))
-        return;
+    const double surveyed = 2.0 * kPairs * static_cast<double>(seen.size());
+    const bool are_many = static_cast<double>(paths) >= kPathsPerSurveyed * surveyed;
+    if (shadows_.empty() || !are_many || scatters_sharply(scene)) return;
     OpticalField field(scene);
     LineTracer tracer(scene, field);
     for (const std::size_t i : seen) {
