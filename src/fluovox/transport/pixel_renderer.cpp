@@ -15,10 +15,9 @@ PixelRenderer::PixelRenderer(const Scene& scene, const Illumination& illuminatio
       orders_(scene.description.render.fluorescence_orders.value_or(PathTask::kNoLimit)),
       dyes_seen_(!scene.dyes.empty() && orders_ > 0 && sought == Sought::All),
       channels_(scene.description.film.channels.size()),
-      layers_(count_film_layers(scene)) {
-    visible_lines_ = illumination.lines_seen_by(response_);
-    scatterings_ = scene.description.render.max_scatterings.value_or(PathTask::kNoLimit);
-}
+      layers_(count_film_layers(scene)),
+      scatterings_(scene.description.render.max_scatterings.value_or(PathTask::kNoLimit)),
+      visible_lines_(illumination.lines_seen_by(response_)) {}
 
 std::span<const double> PixelRenderer::sample(int pixel, std::int64_t sample) {
     const int width = scene_->description.camera.width;

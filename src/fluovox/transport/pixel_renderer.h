@@ -45,7 +45,7 @@ private:
     int orders_;
     bool dyes_seen_;
     std::size_t channels_, layers_;
-    int scatterings_ = 0;
+    int scatterings_;
     std::vector<std::size_t> visible_lines_;
     std::vector<double> values_;
     PathOptics optics_;
