@@ -16,7 +16,7 @@
 
 namespace fluovox::testing {
 
-// A thick tube with a soft surface that goes across, and a massive lump.
+/// A thick tube with a soft surface that goes across, and a massive lump.
 inline SparseGrid specimen(const Affine& world_from_index) {
     const auto value = [](Voxel v) {
         const auto soft = [](double inside) { return std::clamp(inside, 0.0, 1.0); };
@@ -27,7 +27,7 @@ inline SparseGrid specimen(const Affine& world_from_index) {
     return SparseGrid::from_function({-8, 0, 0}, {72, 64, 64}, world_from_index, value);
 }
 
-// The specimen in light from the side, with a thin medium all around it or without.
+/// The specimen in light from the side, with a thin medium all around it or without.
 inline Scene lit_specimen(double scattering, double around = 0) {
     Scene scene;
     scene.media = {host(specimen({}), scattering, 0.01)};
@@ -63,13 +63,12 @@ public:
     /// From the camera, with the random numbers of sample `n`.
     double radiance(std::uint64_t seed, int n, int scatterings = PathTask::kNoLimit) {
         Rng rng(seed, 0, static_cast<std::uint64_t>(n));
-        const Ray ray = camera_.sample(0, 0, rng);
-        return tracer_.radiance(ray, plan_, scatterings, 0, rng);
+        return tracer_.radiance(camera_.sample(0, 0, rng), plan_, scatterings, 0, rng);
     }
+    /// The same path, with its course.
     double record(std::uint64_t seed, int n, PathRecord& record) {
         Rng rng(seed, 0, static_cast<std::uint64_t>(n));
-        const Ray ray = camera_.sample(0, 0, rng);
-        return tracer_.record(ray, plan_, PathTask::kNoLimit, rng, record);
+        return tracer_.record(camera_.sample(0, 0, rng), plan_, PathTask::kNoLimit, rng, record);
     }
 
 private:
