@@ -122,6 +122,7 @@ TEST(PathRecord, TellsWhatWasFoundWhere) {
     const PathPrepass prepass = prepass_of(scene);
     testing::LinePaths paths(scene);
     prepass.add_to(paths.plan(), 0);
+    paths.plan().window = nullptr;  // paths are worth what absorption leaves
     PathRecord record;
     int scattered = 0;
     for (int n = 0; n < 2000; ++n) {
@@ -134,6 +135,7 @@ TEST(PathRecord, TellsWhatWasFoundWhere) {
         if (record.scatterings().empty()) continue;
         const PathRecord::Scattering& last = record.scatterings().back();
         EXPECT_EQ(last.flights, scatterings);
+        EXPECT_LT(last.worth, std::pow(0.5 / 0.51, 2) + 1e-12) << "scattered twice at least";
         EXPECT_DOUBLE_EQ(last.found, light) << "nothing is found after the last one";
         scattered += record.scatterings().size() > 3 ? 1 : 0;
     }
