@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v clang-tidy >/dev/null || { echo "lint: clang-tidy is not installed" >&2; exit 1; }
-[[ -f build/release/compile_commands.json ]] || cmake --preset release >&2
+[[ -f build/dev/compile_commands.json ]] || cmake --preset dev >&2
 
 since=main
 case "${1:-}" in
@@ -21,7 +21,7 @@ esac
 # Only what this build compiles has flags to be read with; a header gets those of the source that is named most like it.
 known=()
 for file in "${files[@]}"; do
-    if [[ "$file" == *.h ]] || grep -qF "\"$PWD/$file\"" build/release/compile_commands.json; then
+    if [[ "$file" == *.h ]] || grep -qF "\"$PWD/$file\"" build/dev/compile_commands.json; then
         known+=("$file")
     else
         echo "not built here: $file" >&2
@@ -30,5 +30,5 @@ done
 ((${#known[@]})) || { echo "lint: nothing to look at" >&2; exit 0; }
 # g++'s own warning options mean nothing to clang, and -Wconversion means changes of sign to it as well.
 printf '%s\0' "${known[@]}" |
-    xargs -0 -n 1 -P "$(nproc)" clang-tidy -p build/release --quiet --extra-arg=-Wno-unknown-warning-option \
+    xargs -0 -n 1 -P "$(nproc)" clang-tidy -p build/dev --quiet --extra-arg=-Wno-unknown-warning-option \
         --extra-arg=-Wno-sign-conversion
