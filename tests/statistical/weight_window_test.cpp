@@ -88,6 +88,20 @@ TEST(WeightWindow, ChangesNoExpectationWhereThereIsMore) {
 }
 
 // One that ends paths at random.
+// A window goes by what the first light of a plan leaves at a vertex.
+TEST(LinePlan, HasTheBrightestOfTheLightsThatShineOnAllFirst) {
+    const auto first_of = [](double first_W, double second_W, double width_um) {
+        Scene scene = lit_specimen(kDense);
+        scene.lights[0].power_W = first_W;
+        scene.lights.push_back(
+            testing::laser(testing::slanting_light({32, 32, 32}, width_um, {-0.6, 0, -0.8}), 488, second_W));
+        return testing::LinePaths(scene).plan().lights[0].index;
+    };
+    EXPECT_EQ(first_of(1, 3, 400), 1);
+    EXPECT_EQ(first_of(3, 1, 400), 0);
+    EXPECT_EQ(first_of(1, 3, 20), 0);  // shines on a part only
+}
+
 TEST(WeightWindow, NeedNotBeGood) {
     const Scene scene = lit_specimen(kDense);
     Rng rng(1, 2, 3);
