@@ -9,9 +9,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace fluovox {
@@ -19,6 +23,7 @@ namespace {
 
 using testing::random_affine;
 using testing::random_grid;
+using testing::random_integer;
 using testing::random_ray;
 
 constexpr double kEnd_um = 1500;
@@ -160,6 +165,122 @@ TEST(Majorants, OnePercentLowerWouldNotDo) {
     EXPECT_GT(lower.above, 100);
     EXPECT_GT(lower.unfair, 100);
     EXPECT_GT(look(0.4F, 0.99).above, 100);
+}
+
+// Few bricks in a box so tall that its columns take several words of the directory.
+std::vector<Voxel> far_apart(Rng& rng) {
+    std::vector<Voxel> bricks;
+    for (int i = 0; i < 60; ++i)
+        bricks.push_back({random_integer(rng, -6, 6), random_integer(rng, -6, 6), 3 * i - 90});
+    return bricks;
+}
+
+SparseGrid grid_of(const std::vector<Voxel>& bricks, const Affine& world_from_index, Rng& rng) {
+    SparseGridBuilder builder(0);
+    for (const Voxel brick : bricks) {
+        std::array<float, 512> values{};
+        for (float& value : values)
+            value = rng.uniform() < 0.3 ? static_cast<float>(rng.uniform()) : 0;
+        builder.add_brick({8 * brick.x, 8 * brick.y, 8 * brick.z}, values.data());
+    }
+    return std::move(builder).finish(world_from_index, 1);
+}
+
+// Through two of the bricks, or along z through one.
+Ray ray_through(const SparseGrid& grid, const std::vector<Voxel>& bricks, int number, Rng& rng) {
+    const auto any = [&] {
+        const Voxel brick = bricks[static_cast<std::size_t>(random_integer(rng, 0, static_cast<int>(bricks.size())))];
+        return grid.world_from_index().point(
+            {8 * (brick.x + rng.uniform()), 8 * (brick.y + rng.uniform()), 8 * (brick.z + rng.uniform())});
+    };
+    const Vec3 from = any();
+    const double sign = number % 2 == 0 ? 1 : -1;
+    const Vec3 direction =
+        number % 3 == 0 ? grid.world_from_index().direction({0, 0, sign}) : any() - from + Vec3{1e-3, 0, 0};
+    return {from - 700 * normalized(direction), normalized(direction)};
+}
+
+Findings look_far_apart(double trust) {
+    Findings found;
+    for (std::uint64_t g = 0; g < 12; ++g) {
+        Rng rng(15, g, 0);
+        const std::vector<Voxel> bricks = far_apart(rng);
+        const SparseGrid grid = grid_of(bricks, g % 2 == 0 ? Affine{} : random_affine(rng), rng);
+        EXPECT_TRUE(grid.has_directory());
+        for (int r = 0; r < 40; ++r) {
+            const Ray ray = ray_through(grid, bricks, r, rng);
+            const Ways ways = all_ways(grid, ray);
+            for (const auto& segments : ways.all)
+                look_along(grid, ray, segments, trust, rng, found);
+        }
+    }
+    return found;
+}
+
+TEST(Majorants, AreAboveTheFieldOfFewBricksFarApart) {
+    const Findings found = look_far_apart(1);
+    EXPECT_GT(found.points, 20000);
+    EXPECT_EQ(found.above, 0);
+    EXPECT_EQ(found.unfair, 0);
+    EXPECT_EQ(found.uncovered, 0);
+    EXPECT_EQ(found.disordered, 0);
+    EXPECT_GT(look_far_apart(0.99).unfair, 100);
+}
+
+// Asks the taps along a ray for values. `shift`: of the voxel that they should have, along x.
+struct Tapped {
+    const SparseGrid* grid = nullptr;
+    Rng* rng = nullptr;
+    int shift = 0;
+    int values = 0, positive = 0, wrong = 0;
+
+    static double rest() { return 0; }
+    void set_rest(double /*rest*/) {}
+    template <class MakeTap>
+    bool look(double begin, double end, double bound, const MakeTap& make_tap) {
+        return look_inside(begin, end, bound, make_tap());
+    }
+    template <class Tap>
+    bool look_inside(double begin, double end, double /*bound*/, const Tap& tap) {
+        for (int i = 0; i < 20; ++i) {
+            const auto place = tap.at(begin + rng->uniform() * (end - begin));
+            const std::uint64_t bits = rng->bits();
+            const Voxel voxel = tap.voxel(place, bits);
+            const auto truth = static_cast<double>(grid->value_from_root({voxel.x + shift, voxel.y, voxel.z}));
+            ++values;
+            positive += truth > 0 ? 1 : 0;
+            wrong += tap.value(place, bits) == truth ? 0 : 1;
+        }
+        return false;
+    }
+};
+
+TEST(Taps, GiveTheValuesOfTheirVoxelsExactly) {
+    for (const int shift : {0, 1}) {  // one voxel off must be noticed
+        int positive = 0;
+        int wrong = 0;
+        for (std::uint64_t g = 0; g < 8; ++g) {
+            Rng rng(16, g, 0);
+            const std::vector<Voxel> bricks = far_apart(rng);
+            const SparseGrid grid = g % 2 == 0 ? grid_of(bricks, {}, rng) : random_grid(rng, random_affine(rng), 0);
+            ASSERT_TRUE(grid.has_directory());
+            for (int r = 0; r < 40; ++r) {
+                const Ray ray = g % 2 == 0 ? ray_through(grid, bricks, r, rng) : random_ray(grid, r, rng);
+                for (const double coefficient : {0.02, 5.0}) {
+                    Tapped tapped{&grid, &rng, shift};
+                    BoundVisitor(grid, ray, {0, kEnd_um}, coefficient).run(tapped);
+                    positive += tapped.positive;
+                    wrong += tapped.wrong;
+                }
+            }
+        }
+        EXPECT_GT(positive, 5000);
+        if (shift == 0) {
+            EXPECT_EQ(wrong, 0);
+        } else {
+            EXPECT_GT(wrong, 5000);
+        }
+    }
 }
 
 TEST(Majorants, AreNoneWhereThereIsNothing) {

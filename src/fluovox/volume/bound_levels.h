@@ -27,7 +27,7 @@ public:
         return static_cast<std::uint8_t>(level - bounds_.begin());
     }
 
-    double operator[](std::uint8_t level) const { return bounds_[level]; }
+    double operator[](std::size_t level) const { return bounds_[level]; }
 
 private:
     static constexpr std::size_t kLevels = 256;

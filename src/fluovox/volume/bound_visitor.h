@@ -6,15 +6,19 @@
 #include "fluovox/volume/sparse_grid.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 
 namespace fluovox {
 
 /// Leads a tracking (see grid_tracking.h) along a ray through a grid that has a directory of bricks. As MajorantWalk,
-/// for the inner loops: stretches are bricks of 8^3 with the level of their bound (Amanatides & Woo, Eurographics
-/// 1987), read from one byte each. Of the tentative collisions with that bound, those are kept that a block of 4^3 has,
-/// by its share of the bound (thinning: Lewis & Shedler, Nav. Res. Logist. Q. 26 (1979) 403), which leaves just those
-/// with the bounds of the blocks. Where there would be many in a brick, its blocks are walked instead.
+/// for the inner loops: stretches are bricks of 8^3 with the level of their bound. A ray goes from brick to brick
+/// (Amanatides & Woo, Eurographics 1987) where many are there, else from column to column. Of the tentative collisions
+/// with that bound, those are kept that a block of 4^3 has, by its share of the bound (thinning: Lewis & Shedler, Nav.
+/// Res. Logist. Q. 26 (1979) 403), which leaves just those with the bounds of the blocks. Where there would be many in
+/// a brick, its blocks are walked instead.
 class BoundVisitor {
 public:
     BoundVisitor(const SparseGrid& grid, const Ray& ray, Interval span, double coefficient)
@@ -36,13 +40,13 @@ public:
     void run(Tracking& tracking) const {
         if (!(begin_ < leave_)) return;
         if (coefficient_ * grid_->max() * (leave_ - begin_) < kFew) {
-            tracking.look(begin_, leave_, grid_->max(), [&] { return tap({}, nullptr, Thinning::None); });
+            tracking.look(begin_, leave_, grid_->max(), [&] { return tap({}, kNone, Thinning::None); });
             return;
         }
-        if (direction_.x == 0 && direction_.y == 0) {
-            through_column(tracking);
-        } else {
+        if (grid_->directory_.is_dense() && !(direction_.x == 0 && direction_.y == 0)) {
             through_bricks(tracking);
+        } else {
+            through_columns(tracking);
         }
     }
 
@@ -52,6 +56,8 @@ private:
     // Where a brick has more than these, and so many would be thinned out, walking its blocks is quicker.
     static constexpr double kMany = 2;
     static constexpr double kThinnedOut = 1;
+    static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+    static constexpr int kLastInWord = BrickDirectory::kPlacesInWord - 1;
 
     enum class Thinning { None, ByBlocks };
 
@@ -61,8 +67,8 @@ private:
 
         const SparseGrid* grid;
         const Vec3 *origin, *direction;
-        Voxel first;  // brick of the stretch, or that at the corner of the box
-        const SparseGrid::Brick* brick;
+        Voxel first;        // brick of the stretch, or that at the corner of the box
+        std::size_t brick;  // or kNone
         Thinning thinning;
 
         FixedPoint at(double t) const { return FixedPoint::from_brick(*origin + t * *direction, first); }
@@ -70,15 +76,17 @@ private:
         // Uses the 8 highest bits; a value takes the lowest 54.
         double local_bound(const FixedPoint& place, double bound, std::uint64_t bits) const {
             if (thinning == Thinning::None) return bound;
-            const unsigned share = brick->bounds[place.block()];
+            const unsigned share = grid->outlines_[brick].bounds[place.block()];
             if (share == 0 || (bits >> 56U) > share) return 0;
             return bound * ((share + 1) * (1.0 / 256));
         }
 
         double value(const FixedPoint& place, std::uint64_t bits) const {
             const Voxel voxel = place.rounded(bits);
-            if (brick != nullptr && static_cast<unsigned>(voxel.x | voxel.y | voxel.z) < kSize)
-                return static_cast<double>(grid->value_in(*brick, voxel));
+            if (is_in_brick(voxel)) {
+                if (!grid->outlines_[brick].may_have(voxel)) return 0;
+                return static_cast<double>(grid->value_in(grid->bricks_[brick], voxel));
+            }
             return static_cast<double>(grid->value_in_box(in_box(voxel)));
         }
 
@@ -97,92 +105,172 @@ private:
             const Voxel voxel{low.x + static_cast<int>(corner >> 2U), low.y + static_cast<int>((corner >> 1U) & 1U),
                               low.z + static_cast<int>(corner & 1U)};
             const Voxel from_first{voxel.x - kSize * first.x, voxel.y - kSize * first.y, voxel.z - kSize * first.z};
-            if (brick != nullptr && static_cast<unsigned>(from_first.x | from_first.y | from_first.z) < kSize)
-                return grid->value_in(*brick, from_first);
+            if (is_in_brick(from_first)) return grid->value_in(grid->bricks_[brick], from_first);
             return grid->value_in_box(voxel);
         }
 
+        bool is_in_brick(Voxel from_first) const {
+            return brick != kNone && static_cast<unsigned>(from_first.x | from_first.y | from_first.z) < kSize;
+        }
         Voxel in_box(Voxel from_first) const {
             return {kSize * first.x + from_first.x, kSize * first.y + from_first.y, kSize * first.z + from_first.z};
         }
     };
 
-    Tap tap(Voxel first, const SparseGrid::Brick* brick, Thinning thinning) const {
+    Tap tap(Voxel first, std::size_t brick, Thinning thinning) const {
         return {grid_, &origin_, &direction_, first, brick, thinning};
     }
 
-    // Along z, as many cameras look: the levels of a column lie in order, and empty bricks are passed by fours.
+    // A ray's way through a column, which it leaves through one of two planes.
+    struct Crossing {
+        std::ptrdiff_t column = 0;  // its lowest place
+        double plane_x = 0, plane_y = 0;
+        int from = 0, last = 0;
+        Interval span;
+    };
+    // What a ray meets of a column, as far as one word of the directory tells.
+    struct Met {
+        std::uint64_t places = 0;
+        std::size_t brick = 0;  // at the first of them
+        Voxel first;            // place of the word
+        Interval span;
+    };
+
+    // From column to column along z: empty places are passed by a look at their bits. What is met is only entered when
+    // the next is found, so that the memory for it is read meanwhile.
     template <class Tracking>
-    void through_column(Tracking& tracking) const {
+    void through_columns(Tracking& tracking) const {
         const BrickDirectory& directory = grid_->directory_;
         const Voxel n = grid_->brick_count_;
-        const int i = x_.brick(begin_, n.x);
-        const int j = y_.brick(begin_, n.y);
-        const std::size_t column = grid_->brick_place(i, j, 0);
-        const auto first_from = [&](int k) {  // on the way; one too many where there is none
-            const auto at = column + static_cast<std::size_t>(k);
-            if (z_.up != 0)
-                return static_cast<int>(directory.next_filled(at, column + static_cast<std::size_t>(n.z)) - column);
-            return static_cast<int>(directory.last_filled(column, at + 1) - column) - 1;
-        };
+        const Voxel begin{x_.brick(begin_, n.x), y_.brick(begin_, n.y), z_.brick(begin_, n.z)};
+        const auto in_column = static_cast<std::ptrdiff_t>(directory.places_in_column());
+        const std::ptrdiff_t places_x = x_.sign * in_column * n.y;
+        const std::ptrdiff_t places_y = y_.sign * in_column;
+        auto column = static_cast<std::ptrdiff_t>(directory.place({begin.x, begin.y, 0}));
+        // The planes through which the column is left. What they are met at is worked out afresh each time: so the last
+        // ones are met just where the box ends.
+        double plane_x = begin.x + x_.up;
+        double plane_y = begin.y + y_.up;
+        const double step_x = x_.sign;
+        const double step_y = y_.sign;
+        double next_x = x_.meets(plane_x);
+        double next_y = y_.meets(plane_y);
+        const double leave = leave_;
         double t = begin_;
+        int k = begin.z;
         double rest = tracking.rest();
-        for (int k = first_from(z_.brick(t, n.z)); k >= 0 && k < n.z; k = first_from(k)) {
-            t = std::max(t, z_.meets(k + 1 - z_.up));
-            if (t >= leave_) break;
-            const double end = std::min(z_.meets(k + z_.up), leave_);
-            const std::size_t place = column + static_cast<std::size_t>(k);
-            const double bound = grid_->levels_[directory.level(place)];
-            const double depth = coefficient_ * bound * (end - t);
+        Met met;
+        for (;;) {
+            const double exit = std::min(next_x, next_y);
+            const double end = std::min(exit, leave);
+            const int last = z_.brick(end, n.z);
+            if (cross_column(tracking, rest, met, {column, plane_x, plane_y, k, last, {t, end}})) return;
+            if (exit >= leave) break;
+            t = exit;
+            k = last;
+            // Numbers, not branches, which would mislead the processor.
+            const bool is_x = next_x <= next_y;
+            plane_x += is_x ? step_x : 0;
+            plane_y += is_x ? 0 : step_y;
+            next_x = x_.meets(plane_x);
+            next_y = y_.meets(plane_y);
+            column += is_x ? places_x : places_y;
+        }
+        if (enter_column(tracking, rest, met)) return;
+        tracking.set_rest(rest);
+    }
+
+    // Meets what is there between two places of a column. True when the tracking ends.
+    template <class Tracking>
+    bool cross_column(Tracking& tracking, double& rest, Met& met, const Crossing& way) const {
+        for (int k = way.from;;) {  // word by word: most often one
+            const int to = z_.up != 0 ? std::min(way.last, k | kLastInWord) : std::max(way.last, k & ~kLastInWord);
+            const BrickDirectory::Word& word = grid_->directory_.word(static_cast<std::size_t>(way.column + k));
+            const std::uint64_t places = word.occupied & bits_between(k & kLastInWord, to & kLastInWord);
+            if (places != 0) [[unlikely]] {
+                if (enter_column(tracking, rest, met)) return true;
+                met = {places,
+                       word.brick(static_cast<unsigned>(first_of(places))),
+                       {x_.brick_before(way.plane_x), y_.brick_before(way.plane_y), k & ~kLastInWord},
+                       way.span};
+                __builtin_prefetch(&grid_->outlines_[met.brick]);
+                __builtin_prefetch(&grid_->bricks_[met.brick]);
+            }
+            if (to == way.last) return false;
+            k = to + z_.sign;
+        }
+    }
+
+    // Bits from one to another, either way.
+    static std::uint64_t bits_between(int from, int to) {
+        const auto others = static_cast<unsigned>(std::abs(to - from));
+        return ((std::uint64_t{2} << others) - 1) << static_cast<unsigned>(std::min(from, to));
+    }
+    // Of some places in a column.
+    int first_of(std::uint64_t places) const {
+        return z_.up != 0 ? std::countr_zero(places) : kLastInWord - std::countl_zero(places);
+    }
+
+    // True when the tracking ends there.
+    template <class Tracking>
+    bool enter_column(Tracking& tracking, double& rest, const Met& met) const {
+        std::size_t brick = met.brick;
+        for (std::uint64_t places = met.places; places != 0; brick += static_cast<std::size_t>(z_.sign)) {
+            const int place = first_of(places);
+            places ^= std::uint64_t{1} << static_cast<unsigned>(place);
+            const int k = met.first.z + place;
+            const Interval span{std::max(met.span.begin, z_.meets(k + 1 - z_.up)),
+                                std::min(met.span.end, z_.meets(k + z_.up))};
+            if (!(span.begin < span.end)) continue;  // rounding may have an edge met in the wrong order
+            const double bound = grid_->levels_[grid_->directory_.level(brick)];
+            const double depth = coefficient_ * bound * (span.end - span.begin);
             if (depth > std::min(rest, kMany)) {
                 tracking.set_rest(rest);
-                if (look_in_brick(tracking, place, {t, end}, bound, {i, j, k})) return;
+                if (look_in_brick(tracking, brick, span, bound, {met.first.x, met.first.y, k})) return true;
                 rest = tracking.rest();
             } else {
                 rest -= depth;
             }
-            k += z_.sign;
         }
-        tracking.set_rest(rest);
+        return false;
     }
 
     template <class Tracking>
     void through_bricks(Tracking& tracking) const {
+        const BrickDirectory& directory = grid_->directory_;
         const Voxel n = grid_->brick_count_;
-        double t = begin_;
-        const double leave = leave_;
-        const int i = x_.brick(t, n.x);
-        const int j = y_.brick(t, n.y);
-        const int k = z_.brick(t, n.z);
-        const auto in_column = static_cast<std::ptrdiff_t>(grid_->places_in_column_);
-        auto place = static_cast<std::ptrdiff_t>(grid_->brick_place(i, j, k));
-        const std::ptrdiff_t places_x = x_.sign * n.y * in_column;
+        const Voxel begin{x_.brick(begin_, n.x), y_.brick(begin_, n.y), z_.brick(begin_, n.z)};
+        const std::ptrdiff_t in_column = n.z;
+        const std::ptrdiff_t places_x = x_.sign * in_column * n.y;
         const std::ptrdiff_t places_y = y_.sign * in_column;
         const std::ptrdiff_t places_z = z_.sign;
-        // The planes through which the brick is left. What they are met at is worked out afresh each time: so the last
-        // ones are met just where the box ends.
-        double plane_x = i + x_.up;
-        double plane_y = j + y_.up;
-        double plane_z = k + z_.up;
+        auto place = static_cast<std::ptrdiff_t>(directory.entry_place(begin));
+        // The planes through which the brick is left, as in through_columns.
+        double plane_x = begin.x + x_.up;
+        double plane_y = begin.y + y_.up;
+        double plane_z = begin.z + z_.up;
         const double step_x = x_.sign;
         const double step_y = y_.sign;
         const double step_z = z_.sign;
         double next_x = x_.meets(plane_x);
         double next_y = y_.meets(plane_y);
         double next_z = z_.meets(plane_z);
-        const BrickDirectory& directory = grid_->directory_;
+        const BrickDirectory::Entry* const entries = directory.entries();
         const BoundLevels& bounds = grid_->levels_;
         const double coefficient = coefficient_;
+        const double leave = leave_;
+        double t = begin_;
         double rest = tracking.rest();
         for (;;) {
             const double exit = std::min(next_x, std::min(next_y, next_z));
             const double end = std::min(exit, leave);
-            const double bound = bounds[directory.level(static_cast<std::size_t>(place))];
+            const BrickDirectory::Entry entry = entries[place];
+            const double bound = bounds[entry.level];
             const double depth = coefficient * bound * (end - t);
             if (depth > std::min(rest, kMany)) [[unlikely]] {
-                tracking.set_rest(rest);
                 const Voxel first{x_.brick_before(plane_x), y_.brick_before(plane_y), z_.brick_before(plane_z)};
-                if (look_in_brick(tracking, static_cast<std::size_t>(place), {t, end}, bound, first)) return;
+                tracking.set_rest(rest);
+                if (look_in_brick(tracking, entry.brick, {t, end}, bound, first)) return;
                 rest = tracking.rest();
             } else {
                 rest -= depth;
@@ -208,22 +296,23 @@ private:
 
     // On a stretch through the brick at `first`; true when the tracking ends there.
     template <class Tracking>
-    bool look_in_brick(Tracking& tracking, std::size_t place, Interval span, double bound, Voxel first) const {
-        const SparseGrid::Brick& brick = grid_->bricks_[grid_->directory_.brick(place)];
+    bool look_in_brick(Tracking& tracking, std::size_t brick, Interval span, double bound, Voxel first) const {
         const double depth = coefficient_ * bound * (span.end - span.begin);
         if (depth <= kMany)
-            return tracking.look_inside(span.begin, span.end, bound, tap(first, &brick, Thinning::ByBlocks));
-        if (depth * brick.excess < 255 * kThinnedOut)
-            return tracking.look(span.begin, span.end, bound, [&] { return tap(first, &brick, Thinning::ByBlocks); });
-        const auto in_brick = [&] { return tap(first, &brick, Thinning::None); };
-        return through_blocks(brick, span, first, [&](double begin, double end, double bound_of_block) {
-            return tracking.look(begin, end, bound_of_block, in_brick);
-        });
+            return tracking.look_inside(span.begin, span.end, bound, tap(first, brick, Thinning::ByBlocks));
+        if (depth * grid_->bricks_[brick].excess < 255 * kThinnedOut)
+            return tracking.look(span.begin, span.end, bound, [&] { return tap(first, brick, Thinning::ByBlocks); });
+        const auto in_brick = [&] { return tap(first, brick, Thinning::None); };
+        return through_blocks(grid_->outlines_[brick], bound, span, first,
+                              [&](double begin, double end, double bound_of_block) {
+                                  return tracking.look(begin, end, bound_of_block, in_brick);
+                              });
     }
 
     // The blocks on a stretch through a brick, from the one that rays in this direction meet first.
     template <class Visit>
-    bool through_blocks(const SparseGrid::Brick& brick, Interval span, Voxel first, const Visit& visit) const {
+    bool through_blocks(const SparseGrid::Outline& outline, double of_brick, Interval span, Voxel first,
+                        const Visit& visit) const {
         double t = span.begin;
         const double end = span.end;
         double half_x = x_.meets(first.x + 0.5);
@@ -235,7 +324,7 @@ private:
         if (t >= half_z) block ^= 1U, half_z = end;
         for (;;) {
             const double part = std::min(end, std::min(half_x, std::min(half_y, half_z)));
-            const double bound = SparseGrid::bound_of(brick, block);
+            const double bound = outline.bound(block, of_brick);
             if (bound > 0 && visit(t, part, bound)) return true;
             if (part >= end) return false;
             t = part;

@@ -1,87 +1,82 @@
 #pragma once
 
+#include "fluovox/core/bits.h"
 #include "fluovox/core/huge_pages.h"
+#include "fluovox/volume/fixed_point.h"
 
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 namespace fluovox {
 
-/// The bricks of a box by place. Four places in a row have the levels of their bounds side by side, and beside them the
-/// first of their bricks: once the level is read, the brick is known. Level 0 where there is none.
+/// Which places of a box have bricks, and the levels of their bounds. Bricks are numbered as their places lie: by x, y,
+/// then z. Rays through empty space read no more than a bit per place, so that most of it stays near the processor.
 class BrickDirectory {
 public:
-    static constexpr std::size_t kRun = 4;  ///< places in a row; their bricks lie one after the other
+    static constexpr int kPlacesInWord = 64;
 
-    /// Of no places, or of so many that are all empty; the number a multiple of kRun.
-    explicit BrickDirectory(std::size_t places = 0) : runs_(places / kRun) {}
+    /// Places one above the other along z. A column begins with a word of its own.
+    struct Word {
+        std::uint64_t occupied = 0;  ///< bit by bit from the lowest place up
+        std::uint32_t first = 0;     ///< of its bricks
 
-    /// Enters a brick with a level over 0. Places in order; false where the bricks of a run are not one after the
-    /// other.
-    bool add(std::size_t place, std::uint32_t brick, std::uint8_t level);
+        /// The brick at a place that has one.
+        std::size_t brick(unsigned place) const {
+            return first + static_cast<std::size_t>(count_bits(occupied & ((std::uint64_t{1} << place) - 1)));
+        }
+    };
+    /// A place by itself; level 0 where it is empty.
+    struct Entry {
+        std::uint32_t brick : 24 = 0;
+        std::uint32_t level : 8 = 0;
+    };
 
-    bool empty() const { return runs_.empty(); }
-    bool has(std::size_t place) const { return level(place) != 0; }
-    std::uint8_t level(std::size_t place) const { return runs_[place / kRun].levels[place % kRun]; }
+    /// Of no places, or of a box of so many that are all empty.
+    BrickDirectory() = default;
+    explicit BrickDirectory(Voxel count);
+
+    /// Enters the next brick, with a level over 0.
+    void add(Voxel at, std::uint8_t level);
+    /// Once all are entered: where a box is full enough, its places are listed one by one besides.
+    void finish();
+
+    bool empty() const { return words_.empty(); }
+    std::size_t size() const { return levels_.size(); }
+    std::uint8_t level(std::size_t brick) const { return levels_[brick]; }
+
+    /// Number of a place, by which words are found.
+    std::size_t place(Voxel at) const { return column(at) * places_in_column() + static_cast<std::size_t>(at.z); }
+    /// From a column to the next one along y.
+    std::size_t places_in_column() const { return words_in_column_ * kPlacesInWord; }
+    const Word& word(std::size_t place) const { return words_[place / kPlacesInWord]; }
+    bool has(std::size_t place) const { return (word(place).occupied >> (place % kPlacesInWord) & 1U) != 0; }
     /// Of a place that has one.
-    std::uint32_t brick(std::size_t place) const {
-        const Run& run = runs_[place / kRun];
-        return run.first + filled(run, place % kRun);
+    std::size_t brick(std::size_t place) const { return word(place).brick(place % kPlacesInWord); }
+
+    /// True where there are entries: many steps of a ray meet a brick.
+    bool is_dense() const { return !entries_.empty(); }
+    /// Number of a place among the entries: a column follows the one before.
+    std::size_t entry_place(Voxel at) const {
+        return column(at) * static_cast<std::size_t>(count_.z) + static_cast<std::size_t>(at.z);
     }
-    /// The first place from `place` on that has a brick, of those before `end`; or `end`.
-    std::size_t next_filled(std::size_t place, std::size_t end) const;
-    /// The last place before `place` that has a brick, of those from `begin` on, and one more; or `begin`.
-    std::size_t last_filled(std::size_t begin, std::size_t place) const;
-    std::size_t memory_bytes() const { return sizeof(Run) * runs_.size(); }
+    const Entry* entries() const { return entries_.data(); }
+
+    std::size_t memory_bytes() const {
+        return sizeof(Word) * words_.size() + levels_.size() + sizeof(Entry) * entries_.size();
+    }
+    /// What the words of a box take.
+    static double bytes_of_words(Voxel count);
 
 private:
-    struct Run {
-        std::array<std::uint8_t, kRun> levels{};
-        std::uint32_t first = 0;
-    };
-    static_assert(std::endian::native == std::endian::little);
-
-    static std::uint32_t levels_of(const Run& run) {
-        std::uint32_t levels = 0;
-        std::memcpy(&levels, run.levels.data(), sizeof(levels));
-        return levels;
-    }
-    // How many of the first `count` places of a run, fewer than all, have a brick.
-    static std::uint32_t filled(const Run& run, std::size_t count) {
-        const std::uint32_t levels = levels_of(run) & ((1U << (8 * count)) - 1);
-        const std::uint32_t tops = ((levels & 0x7f7f7f7fU) + 0x7f7f7f7fU) | levels;  // highest bits of bytes not 0
-        return (((tops >> 7U) & 0x01010101U) * 0x01010101U) >> 24U;
+    std::size_t column(Voxel at) const {
+        return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(at.y);
     }
 
-    HugePageVector<Run> runs_;
+    Voxel count_;
+    std::size_t words_in_column_ = 0;
+    HugePageVector<Word> words_;
+    HugePageVector<std::uint8_t> levels_;  // of the bricks
+    HugePageVector<Entry> entries_;        // of the places of a dense box
 };
-
-inline std::size_t BrickDirectory::next_filled(std::size_t place, std::size_t end) const {
-    while (place < end) {
-        const std::uint32_t ahead = levels_of(runs_[place / kRun]) >> (8 * (place % kRun));
-        if (ahead != 0) {
-            const std::size_t found = place + static_cast<std::size_t>(std::countr_zero(ahead)) / 8;
-            return found < end ? found : end;
-        }
-        place += kRun - place % kRun;
-    }
-    return end;
-}
-
-inline std::size_t BrickDirectory::last_filled(std::size_t begin, std::size_t place) const {
-    while (place > begin) {
-        const std::size_t last = place - 1;
-        const std::uint32_t behind = levels_of(runs_[last / kRun]) << (8 * (kRun - 1 - last % kRun));
-        if (behind != 0) {
-            const std::size_t passed = static_cast<std::size_t>(std::countl_zero(behind)) / 8;
-            return place > begin + passed ? place - passed : begin;
-        }
-        place = last - last % kRun;
-    }
-    return begin;
-}
 
 }  // namespace fluovox

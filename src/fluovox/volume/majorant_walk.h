@@ -253,7 +253,7 @@ private:
                 block = 2 * block + static_cast<unsigned>(behind ? upper_[a] : 1 - upper_[a]);
                 if (!behind) end = std::min(end, halving_[a]);
             }
-            segment = {t_, end, SparseGrid::bound_of(*brick_, block)};
+            segment = {t_, end, grid_->outline_of(*brick_).bound(block, static_cast<double>(brick_->bound))};
             t_ = end;
             if (segment.bound > 0) return true;
         }

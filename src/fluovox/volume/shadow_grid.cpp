@@ -111,18 +111,15 @@ private:
 
     void find_bricks() {
         const Voxel n = grid_->brick_count_;
-        const BrickDirectory& directory = grid_->directory_;
         by_layer_.resize(static_cast<std::size_t>(along(n, axis_)));
-        for (int i = 0; i < n.x; ++i) {
-            for (int j = 0; j < n.y; ++j) {
-                const std::size_t column = grid_->brick_place(i, j, 0);
-                const std::size_t end = column + static_cast<std::size_t>(n.z);
-                for (std::size_t place = directory.next_filled(column, end); place < end;
-                     place = directory.next_filled(place + 1, end)) {
-                    const Voxel at{i, j, static_cast<int>(place - column)};
+        std::uint32_t brick = 0;  // they lie as their places do
+        for (Voxel at; at.x < n.x; ++at.x) {
+            for (at.y = 0; at.y < n.y; ++at.y) {
+                for (at.z = 0; at.z < n.z; ++at.z) {
+                    if (!grid_->directory_.has(grid_->directory_.place(at))) continue;
                     by_layer_[static_cast<std::size_t>(along(at, axis_))].push_back(
-                        {directory.brick(place), SparseGrid::kBrickSize * along(at, u_),
-                         SparseGrid::kBrickSize * along(at, v_)});
+                        {brick, SparseGrid::kBrickSize * along(at, u_), SparseGrid::kBrickSize * along(at, v_)});
+                    ++brick;
                 }
             }
         }
@@ -273,7 +270,7 @@ ShadowGrid::Shaded ShadowGrid::look(Voxel voxel) const {
         static_cast<unsigned>(y >> 3) >= static_cast<unsigned>(n.y) ||
         static_cast<unsigned>(z >> 3) >= static_cast<unsigned>(n.z))
         return {};
-    const std::size_t place = grid_->brick_place(x >> 3, y >> 3, z >> 3);
+    const std::size_t place = grid_->directory_.place({x >> 3, y >> 3, z >> 3});
     if (!grid_->directory_.has(place)) return {};
     const std::size_t b = grid_->directory_.brick(place);
     const SparseGrid::Brick& brick = grid_->bricks_[b];
@@ -289,7 +286,7 @@ ShadowGrid::Shaded ShadowGrid::look(Voxel voxel) const {
     std::memcpy(&mask, &grid_->codes_[first], sizeof(mask));
     const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(((x & 3) << 4) | ((y & 3) << 2) | (z & 3));
     if ((mask & bit) == 0) return {};
-    const std::size_t code = first + 4 + static_cast<std::size_t>(SparseGrid::count_bits(mask & (bit - 1)));
+    const std::size_t code = first + 4 + static_cast<std::size_t>(count_bits(mask & (bit - 1)));
     return {brick.decoded(grid_->codes_[code]), &shares_[code], voxel};
 }
 

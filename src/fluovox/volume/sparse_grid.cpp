@@ -77,7 +77,8 @@ SparseGrid SparseGrid::from_function(Voxel min, Voxel max, const Affine& world_f
 
 std::size_t SparseGrid::memory_bytes() const {
     return sizeof(*this) + 4 * (groups_.size() + slots_.size() + constants_.size()) + directory_.memory_bytes() +
-           sizeof(Node) * nodes_.size() + sizeof(Brick) * bricks_.size() + 2 * codes_.size();
+           sizeof(Node) * nodes_.size() + (sizeof(Brick) + sizeof(Outline)) * bricks_.size() + 4 * order_.size() +
+           2 * codes_.size();
 }
 
 }  // namespace fluovox

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/core/bits.h"
 #include "fluovox/core/bounds.h"
 #include "fluovox/core/huge_pages.h"
 #include "fluovox/core/vec.h"
@@ -125,11 +126,25 @@ private:
         std::uint8_t shift = 0;                // of the codes
         std::uint8_t excess = 0;               // of the bound over the mean of the blocks' bounds, in 1/255 of it
         std::array<std::uint16_t, 8> child{};  // a block, from `base`; or kConstants + a constant
-        std::array<std::uint8_t, 8> bounds{};  // of the blocks: 0, or in 1/256 of `bound`, less one
 
         // What a code stands for: so many steps below the largest, in the order of floating-point numbers.
         float decoded(std::uint16_t code) const {
             return std::bit_cast<float>(std::bit_cast<std::uint32_t>(largest) - (std::uint32_t{code} << shift));
+        }
+    };
+    // What tracking asks of a brick before it asks for its voxels.
+    struct Outline {
+        std::array<std::uint8_t, 8> bounds{};  // of the blocks: 0, or in 1/256 of the brick's, less one
+        std::uint64_t cells = 0;               // of 2^3 voxels, z fastest: those that are not all zero
+
+        double bound(unsigned block, double of_brick) const {
+            const unsigned share = bounds[block];
+            return share == 0 ? 0 : of_brick * ((share + 1) * (1.0 / 256));
+        }
+        // False for many voxels that are zero; for a voxel of the brick.
+        bool may_have(Voxel voxel) const {
+            const auto cell = static_cast<unsigned>(((voxel.x & 6) << 3) | ((voxel.y & 6) << 1) | (voxel.z >> 1));
+            return (cells >> cell & 1U) != 0;
         }
     };
     /// 4^3 bricks; only those that differ from the background are there, one after the other.
@@ -154,14 +169,6 @@ private:
 
     SparseGrid() = default;
 
-    // Bits that are set. (The builtin calls a function on processors that may lack the instruction.)
-    static int count_bits(std::uint64_t bits) {
-        bits -= (bits >> 1U) & 0x5555555555555555ULL;
-        bits = (bits & 0x3333333333333333ULL) + ((bits >> 2U) & 0x3333333333333333ULL);
-        bits = (bits + (bits >> 4U)) & 0x0f0f0f0f0f0f0f0fULL;
-        return static_cast<int>((bits * 0x0101010101010101ULL) >> 56U);
-    }
-
     // Index of the node with these node coordinates, or -1.
     std::int32_t node_at(int x, int y, int z) const {
         const int i = x - node_min_.x;
@@ -182,16 +189,11 @@ private:
                    static_cast<std::size_t>(group_count_.z) +
                static_cast<std::size_t>(k);
     }
-    // In the directory, of a brick of the occupied box.
-    std::size_t brick_place(int i, int j, int k) const {
-        return (static_cast<std::size_t>(i) * static_cast<std::size_t>(brick_count_.y) + static_cast<std::size_t>(j)) *
-                   places_in_column_ +
-               first_in_column_ + static_cast<std::size_t>(k);
-    }
     const Brick* brick_of(const Node& node, int x, int y, int z) const {
         const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>((x << 4) | (y << 2) | z);
         if ((node.mask & bit) == 0) return nullptr;
-        return &bricks_[node.first + static_cast<unsigned>(count_bits(node.mask & (bit - 1)))];
+        const std::size_t in_tree = node.first + static_cast<unsigned>(count_bits(node.mask & (bit - 1)));
+        return &bricks_[order_.empty() ? in_tree : order_[in_tree]];
     }
     // Of a voxel counted from the corner of the occupied box, by the directory.
     float value_in_box(Voxel voxel) const {
@@ -203,7 +205,7 @@ private:
             static_cast<unsigned>(k) >= static_cast<unsigned>(brick_count_.z)) {
             return constants_[0];
         }
-        const std::size_t place = brick_place(i, j, k);
+        const std::size_t place = directory_.place({i, j, k});
         return directory_.has(place) ? value_in(bricks_[directory_.brick(place)], voxel) : constants_[0];
     }
     // Of a voxel of the brick.
@@ -219,9 +221,8 @@ private:
         if ((mask & bit) == 0) return 0;
         return brick.decoded(codes[4 + count_bits(mask & (bit - 1))]);
     }
-    static double bound_of(const Brick& brick, unsigned block) {
-        const unsigned share = brick.bounds[block];
-        return share == 0 ? 0 : static_cast<double>(brick.bound) * ((share + 1) * (1.0 / 256));
+    const Outline& outline_of(const Brick& brick) const {
+        return outlines_[static_cast<std::size_t>(&brick - bricks_.data())];
     }
 
     static constexpr std::size_t kNodesPerGroup = 512;
@@ -232,13 +233,13 @@ private:
     std::vector<std::int32_t> groups_;   // of 8^3 nodes, in the box of nodes: one in slots_, or -1
     std::vector<std::int32_t> slots_;    // per group and place in it: a node, or -1
     std::vector<Node> nodes_;
-    Voxel brick_count_;         // of the occupied box
-    BrickMap to_bricks_;        // from its corner
-    BrickDirectory directory_;  // in that box; empty where the box is large
-    // Columns along z in the directory begin where nodes do, so that a run of places lies in one node.
-    std::size_t places_in_column_ = 0, first_in_column_ = 0;
+    Voxel brick_count_;                 // of the occupied box
+    BrickMap to_bricks_;                // from its corner
+    BrickDirectory directory_;          // in that box; empty where the box is large
+    std::vector<std::uint32_t> order_;  // of the bricks of nodes among bricks_; empty where they lie so
     BoundLevels levels_;
     HugePageVector<Brick> bricks_;
+    HugePageVector<Outline> outlines_;     // of these
     HugePageVector<std::uint16_t> codes_;  // per block: its mask (4 words), then the voxels that are not zero
     std::vector<float> constants_ = {0};   // [0] is the background
     Bounds bounds_;

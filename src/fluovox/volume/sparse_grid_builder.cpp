@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 namespace fluovox {
@@ -248,6 +249,7 @@ void SparseGridBuilder::place_bricks(SparseGrid& grid) const {
     nothing.child.fill(SparseGrid::kConstants);
     grid.nodes_.shrink_to_fit();
     grid.bricks_.assign(count, nothing);
+    grid.outlines_.resize(count);
     for (const Cell& cell : cells_) {
         const SparseGrid::Node& node = grid.nodes_[ensure_node(grid, cell.place)];
         const SparseGrid::Brick* brick = grid.brick_of(node, cell.place.x & 3, cell.place.y & 3, cell.place.z & 3);
@@ -304,9 +306,10 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
     grid.levels_ = BoundLevels(highest);
     for (std::size_t b = 0; b < bounds.size(); ++b) {
         SparseGrid::Brick& brick = grid.bricks_[b];
+        SparseGrid::Outline& outline = grid.outlines_[b];
         brick.bound = static_cast<float>(grid.levels_[grid.levels_.level_of(largest(bounds[b]))]);
         if (!std::isfinite(brick.bound)) {  // no shares of that; users of the grid refuse it by its largest value
-            brick.bounds.fill(255);
+            outline.bounds.fill(255);
             continue;
         }
         float sum = 0;
@@ -315,8 +318,9 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
             sum += bound;
             if (!(bound > 0)) continue;  // an infinite scale makes no number of an empty background
             const double share = std::ceil(256 * static_cast<double>(bound) / static_cast<double>(brick.bound)) - 1;
-            brick.bounds[block] = static_cast<std::uint8_t>(std::clamp(share, 1.0, 255.0));
-            if (SparseGrid::bound_of(brick, block) < static_cast<double>(bound)) ++brick.bounds[block];
+            outline.bounds[block] = static_cast<std::uint8_t>(std::clamp(share, 1.0, 255.0));
+            if (outline.bound(block, static_cast<double>(brick.bound)) < static_cast<double>(bound))
+                ++outline.bounds[block];
         }
         if (brick.bound > 0)
             brick.excess = static_cast<std::uint8_t>(std::lround(255 * std::max(0.0F, 1 - sum / (8 * brick.bound))));
@@ -350,17 +354,68 @@ void SparseGridBuilder::set_occupied_box(SparseGrid& grid) const {
     }
 }
 
-// Where it takes no more than about a byte per voxel that it leads to.
+void SparseGridBuilder::set_cells(SparseGrid& grid) {
+    for (std::size_t b = 0; b < grid.bricks_.size(); ++b) {
+        const SparseGrid::Brick& brick = grid.bricks_[b];
+        std::uint64_t& cells = grid.outlines_[b].cells;
+        for (unsigned block = 0; block < 8; ++block) {
+            const std::uint16_t child = brick.child[block];
+            std::uint64_t mask = 0;
+            if (child < SparseGrid::kConstants) {
+                std::memcpy(&mask, &grid.codes_[brick.base + child], sizeof(mask));
+            } else if (grid.constants_[child - SparseGrid::kConstants] != 0) {
+                mask = ~mask;
+            }
+            mask |= mask >> 1U;   // along z
+            mask |= mask >> 4U;   // along y
+            mask |= mask >> 16U;  // along x
+            const unsigned corner = (block & 4U) << 3U | (block & 2U) << 2U | (block & 1U) << 1U;
+            for (unsigned i = 0; i < 8; ++i) {
+                const unsigned voxel = (i & 4U) << 3U | (i & 2U) << 2U | (i & 1U) << 1U;
+                const unsigned cell = corner + ((i & 4U) << 2U | (i & 2U) << 1U | (i & 1U));
+                cells |= (mask >> voxel & 1U) << cell;
+            }
+        }
+    }
+}
+
+// Where walking its box takes no longer than about the voxels did, and its words no more room than they do.
 void SparseGridBuilder::set_directory(SparseGrid& grid) const {
     const Voxel low = grid.occupied_min_;
     const Voxel high = grid.occupied_max_;
     if (cells_.empty() || background_ > 0) return;
     const Voxel count{(high.x - low.x) / kBrick, (high.y - low.y) / kBrick, (high.z - low.z) / kBrick};
-    const double bricks = static_cast<double>(count.x) * count.y * count.z;
-    constexpr double kBytes = 2;
+    const double places = static_cast<double>(count.x) * count.y * count.z;
     constexpr double kFree = 1 << 18;
-    if (kBytes * bricks > kFree + static_cast<double>(std::max(grid.active_voxels_, grid.codes_.size()))) return;
+    if (std::max(2 * places, BrickDirectory::bytes_of_words(count)) >
+        kFree + static_cast<double>(std::max(grid.active_voxels_, grid.codes_.size())))
+        return;
     grid.brick_count_ = count;
+    set_brick_map(grid);
+    BrickDirectory directory(count);
+    std::vector<std::uint32_t> sorted;
+    for (Voxel at; at.x < count.x; ++at.x) {
+        for (at.y = 0; at.y < count.y; ++at.y) {
+            for (at.z = 0; at.z < count.z; ++at.z) {
+                const Voxel in_all{low.x / kBrick + at.x, low.y / kBrick + at.y, low.z / kBrick + at.z};
+                const std::int32_t node = grid.node_at(in_all.x >> 2, in_all.y >> 2, in_all.z >> 2);
+                if (node < 0) continue;
+                const SparseGrid::Brick* brick = grid.brick_of(grid.nodes_[static_cast<std::size_t>(node)],
+                                                               in_all.x & 3, in_all.y & 3, in_all.z & 3);
+                if (brick == nullptr || !(brick->bound > 0)) continue;
+                directory.add(at, grid.levels_.level_of(brick->bound));
+                sorted.push_back(static_cast<std::uint32_t>(brick - grid.bricks_.data()));
+            }
+        }
+    }
+    directory.finish();
+    grid.directory_ = std::move(directory);
+    sort_bricks(grid, std::move(sorted));
+}
+
+void SparseGridBuilder::set_brick_map(SparseGrid& grid) {
+    const Voxel low = grid.occupied_min_;
+    const Voxel count = grid.brick_count_;
     SparseGrid::BrickMap& to_bricks = grid.to_bricks_;
     to_bricks.count = {1.0 * count.x, 1.0 * count.y, 1.0 * count.z};
     for (int axis = 0; axis < 3; ++axis) {
@@ -372,27 +427,29 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
     }
     to_bricks.map.offset =
         (1.0 / kBrick) * (grid.index_from_world_.offset - Vec3{1.0 * low.x, 1.0 * low.y, 1.0 * low.z});
-    constexpr std::size_t kRun = BrickDirectory::kRun;
-    static_assert(kRun * kBrick == SparseGrid::kNodeSize);
-    grid.first_in_column_ = static_cast<std::size_t>((low.z / kBrick) & 3);
-    grid.places_in_column_ = (grid.first_in_column_ + static_cast<std::size_t>(count.z) + kRun - 1) / kRun * kRun;
-    BrickDirectory directory(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
-                             grid.places_in_column_);
-    for (int i = 0; i < count.x; ++i) {
-        for (int j = 0; j < count.y; ++j) {
-            for (int k = 0; k < count.z; ++k) {
-                const Voxel at{low.x / kBrick + i, low.y / kBrick + j, low.z / kBrick + k};
-                const std::int32_t node = grid.node_at(at.x >> 2, at.y >> 2, at.z >> 2);
-                if (node < 0) continue;
-                const SparseGrid::Brick* brick =
-                    grid.brick_of(grid.nodes_[static_cast<std::size_t>(node)], at.x & 3, at.y & 3, at.z & 3);
-                if (brick == nullptr) continue;
-                const auto index = static_cast<std::uint32_t>(brick - grid.bricks_.data());
-                if (!directory.add(grid.brick_place(i, j, k), index, grid.levels_.level_of(brick->bound))) return;
-            }
-        }
+}
+
+// Bricks as the directory numbers them; those that it does not have, behind.
+void SparseGridBuilder::sort_bricks(SparseGrid& grid, std::vector<std::uint32_t> sorted) {
+    constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    std::vector<std::uint32_t> order(grid.bricks_.size(), kNone);
+    for (std::size_t i = 0; i < sorted.size(); ++i)
+        order[sorted[i]] = static_cast<std::uint32_t>(i);
+    for (std::size_t b = 0; b < order.size(); ++b) {
+        if (order[b] != kNone) continue;
+        order[b] = static_cast<std::uint32_t>(sorted.size());
+        sorted.push_back(static_cast<std::uint32_t>(b));
     }
-    grid.directory_ = std::move(directory);
+    const auto sort = [&](auto& listed) {
+        std::remove_reference_t<decltype(listed)> in_order;
+        in_order.reserve(listed.size());
+        for (const std::uint32_t b : sorted)
+            in_order.push_back(listed[b]);
+        listed.swap(in_order);
+    };
+    sort(grid.bricks_);
+    sort(grid.outlines_);
+    grid.order_ = std::move(order);
 }
 
 std::vector<Voxel> SparseGridBuilder::bricks_of(const SparseGrid& grid) {
@@ -439,6 +496,7 @@ SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t
     for (const Cell& cell : cells_)
         raise_bounds(grid, cell, bounds);
     set_bounds(grid, bounds);
+    set_cells(grid);
     set_occupied_box(grid);
     set_directory(grid);
     grid.max_ = static_cast<double>(background_);

@@ -11,75 +11,81 @@
 namespace fluovox {
 namespace {
 
-constexpr std::size_t kPlaces = 60;
+// Levels of the places of a box, z fastest; 0 where there is no brick.
+struct Box {
+    Voxel count;
+    std::vector<std::uint8_t> levels;
 
-// Levels of random places, a share of them filled.
-std::vector<std::uint8_t> random_levels(double share, Rng& rng) {
-    std::vector<std::uint8_t> levels(kPlaces);
-    for (std::uint8_t& level : levels)
-        level = rng.uniform() < share ? static_cast<std::uint8_t>(1 + rng.bits() % 255) : 0;
-    return levels;
-}
-
-// Bricks one after the other, as the nodes of a tree have them.
-BrickDirectory directory_of(const std::vector<std::uint8_t>& levels, std::uint32_t first) {
-    BrickDirectory directory(levels.size());
-    for (std::size_t place = 0; place < levels.size(); ++place) {
-        if (levels[place] != 0) {
-            EXPECT_TRUE(directory.add(place, first, levels[place]));
-            ++first;
-        }
-    }
-    return directory;
-}
-
-TEST(BrickDirectory, GivesBackTheLevelAndTheBrickOfEveryPlace) {
-    Rng rng(1, 0, 0);
-    for (const double share : {0.0, 0.02, 0.3, 1.0}) {
-        const std::vector<std::uint8_t> levels = random_levels(share, rng);
-        constexpr std::uint32_t kFirst = 4'000'000'000;
-        const BrickDirectory directory = directory_of(levels, kFirst);
-        std::uint32_t brick = kFirst;
-        for (std::size_t place = 0; place < kPlaces; ++place) {
-            ASSERT_EQ(directory.level(place), levels[place]);
-            ASSERT_EQ(directory.has(place), levels[place] != 0);
-            if (levels[place] == 0) continue;
-            ASSERT_EQ(directory.brick(place), brick);
-            ++brick;
-        }
-    }
-}
-
-TEST(BrickDirectory, FindsTheNextAndTheLastFilledPlaceOfEveryStretch) {
-    Rng rng(1, 0, 0);
-    for (const double share : {0.0, 0.02, 0.3, 1.0}) {
-        const std::vector<std::uint8_t> levels = random_levels(share, rng);
-        const BrickDirectory directory = directory_of(levels, 0);
-        for (std::size_t begin = 0; begin <= kPlaces; ++begin) {
-            for (std::size_t end = begin; end <= kPlaces; ++end) {
-                std::size_t next = begin;
-                while (next < end && levels[next] == 0)
-                    ++next;
-                std::size_t last = end;
-                while (last > begin && levels[last - 1] == 0)
-                    --last;
-                ASSERT_EQ(directory.next_filled(begin, end), next) << begin << " to " << end;
-                ASSERT_EQ(directory.last_filled(begin, end), last) << begin << " to " << end;
+    template <class Visit>
+    void for_each(const Visit& visit) const {
+        std::size_t i = 0;
+        for (Voxel at; at.x < count.x; ++at.x) {
+            for (at.y = 0; at.y < count.y; ++at.y) {
+                for (at.z = 0; at.z < count.z; ++at.z)
+                    visit(at, levels[i++]);
             }
         }
     }
+};
+
+Box random_box(Voxel count, double share, Rng& rng) {
+    Box box{count, std::vector<std::uint8_t>(static_cast<std::size_t>(count.x * count.y * count.z))};
+    for (std::uint8_t& level : box.levels)
+        level = rng.uniform() < share ? static_cast<std::uint8_t>(1 + rng.bits() % 255) : 0;
+    return box;
 }
 
-TEST(BrickDirectory, RefusesBricksOfARunThatAreNotOneAfterTheOther) {
-    BrickDirectory directory(4);
-    EXPECT_TRUE(directory.add(0, 7, 1));
-    EXPECT_TRUE(directory.add(2, 8, 1));
-    EXPECT_FALSE(directory.add(3, 10, 1));
+BrickDirectory directory_of(const Box& box) {
+    BrickDirectory directory(box.count);
+    box.for_each([&](Voxel at, std::uint8_t level) {
+        if (level != 0) directory.add(at, level);
+    });
+    directory.finish();
+    return directory;
 }
 
-TEST(BrickDirectory, RefusesABrickWithoutABound) {
-    BrickDirectory directory(4);
-    EXPECT_FALSE(directory.add(0, 7, 0));
+// Columns within a word, of just one, and of several.
+const std::vector<Voxel> kCounts = {{3, 4, 5}, {2, 3, 64}, {3, 2, 130}};
+
+TEST(BrickDirectory, GivesBackTheLevelAndTheBrickOfEveryPlace) {
+    Rng rng(1, 0, 0);
+    for (const Voxel count : kCounts) {
+        for (const double share : {0.0, 0.02, 0.3, 1.0}) {
+            const Box box = random_box(count, share, rng);
+            const BrickDirectory directory = directory_of(box);
+            std::size_t brick = 0;
+            box.for_each([&](Voxel at, std::uint8_t level) {
+                const std::size_t place = directory.place(at);
+                ASSERT_EQ(directory.has(place), level != 0);
+                if (level == 0) return;
+                ASSERT_EQ(directory.brick(place), brick);
+                ASSERT_EQ(directory.level(brick), level);
+                ++brick;
+            });
+            EXPECT_EQ(directory.size(), brick);
+        }
+    }
+}
+
+TEST(BrickDirectory, ListsThePlacesOfFullBoxesOneByOne) {
+    Rng rng(2, 0, 0);
+    for (const Voxel count : kCounts) {
+        EXPECT_FALSE(directory_of(random_box(count, 0.05, rng)).is_dense());
+        const Box box = random_box(count, 0.5, rng);
+        const BrickDirectory directory = directory_of(box);
+        ASSERT_TRUE(directory.is_dense());
+        box.for_each([&](Voxel at, std::uint8_t level) {
+            const BrickDirectory::Entry entry = directory.entries()[directory.entry_place(at)];
+            ASSERT_EQ(entry.level, level);
+            if (level == 0) return;
+            ASSERT_EQ(entry.brick, directory.brick(directory.place(at)));
+        });
+    }
+}
+
+TEST(BrickDirectory, OfNoBoxIsEmpty) {
+    EXPECT_TRUE(BrickDirectory().empty());
+    EXPECT_FALSE(BrickDirectory({1, 1, 1}).empty());
 }
 
 }  // namespace
