@@ -17,8 +17,8 @@ namespace fluovox {
 /// for the inner loops: stretches are bricks of 8^3 with the level of their bound. A ray goes from brick to brick
 /// (Amanatides & Woo, Eurographics 1987) where many are there, else from column to column. Of the tentative collisions
 /// with that bound, those are kept that a block of 4^3 has, by its share of the bound (thinning: Lewis & Shedler, Nav.
-/// Res. Logist. Q. 26 (1979) 403), which leaves just those with the bounds of the blocks. Where there would be many in
-/// a brick, its blocks are walked instead.
+/// Res. Logist. Q. 26 (1979) 403), and that lie in a cell of 2^3 in which there is something; which leaves just those
+/// with the bounds of the blocks there. Where there would be many in a brick, its cells are walked instead.
 class BoundVisitor {
 public:
     BoundVisitor(const SparseGrid& grid, const Ray& ray, Interval span, double coefficient)
@@ -53,13 +53,13 @@ public:
 private:
     // Tentative collisions worth the steps through the grid.
     static constexpr double kFew = 0.12;
-    // Where a brick has more than these, and so many would be thinned out, walking its blocks is quicker.
+    // Where a brick has more than these, and so many would be thinned out, walking its cells is quicker.
     static constexpr double kMany = 2;
     static constexpr double kThinnedOut = 1;
     static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
     static constexpr int kLastInWord = BrickDirectory::kPlacesInWord - 1;
 
-    enum class Thinning { None, ByBlocks };
+    enum class Thinning { None, ByCells };
 
     // Look-ups in the brick of a stretch need not start at the root.
     struct Tap {
@@ -76,17 +76,17 @@ private:
         // Uses the 8 highest bits; a value takes the lowest 54.
         double local_bound(const FixedPoint& place, double bound, std::uint64_t bits) const {
             if (thinning == Thinning::None) return bound;
-            const unsigned share = grid->outlines_[brick].bounds[place.block()];
-            if (share == 0 || (bits >> 56U) > share) return 0;
+            const SparseGrid::Outline& outline = grid->outlines_[brick];
+            const unsigned cell = place.cell();
+            if (!outline.has(cell)) return 0;
+            const unsigned share = outline.bounds[SparseGrid::Outline::block_of(cell)];
+            if ((bits >> 56U) > share) return 0;
             return bound * ((share + 1) * (1.0 / 256));
         }
 
         double value(const FixedPoint& place, std::uint64_t bits) const {
             const Voxel voxel = place.rounded(bits);
-            if (is_in_brick(voxel)) {
-                if (!grid->outlines_[brick].may_have(voxel)) return 0;
-                return static_cast<double>(grid->value_in(grid->bricks_[brick], voxel));
-            }
+            if (is_in_brick(voxel)) return static_cast<double>(grid->value_in(grid->bricks_[brick], voxel));
             return static_cast<double>(grid->value_in_box(in_box(voxel)));
         }
 
@@ -299,42 +299,60 @@ private:
     bool look_in_brick(Tracking& tracking, std::size_t brick, Interval span, double bound, Voxel first) const {
         const double depth = coefficient_ * bound * (span.end - span.begin);
         if (depth <= kMany)
-            return tracking.look_inside(span.begin, span.end, bound, tap(first, brick, Thinning::ByBlocks));
+            return tracking.look_inside(span.begin, span.end, bound, tap(first, brick, Thinning::ByCells));
         if (depth * grid_->bricks_[brick].excess < 255 * kThinnedOut)
-            return tracking.look(span.begin, span.end, bound, [&] { return tap(first, brick, Thinning::ByBlocks); });
+            return tracking.look(span.begin, span.end, bound, [&] { return tap(first, brick, Thinning::ByCells); });
         const auto in_brick = [&] { return tap(first, brick, Thinning::None); };
-        return through_blocks(grid_->outlines_[brick], bound, span, first,
-                              [&](double begin, double end, double bound_of_block) {
-                                  return tracking.look(begin, end, bound_of_block, in_brick);
-                              });
+        return through_cells(grid_->outlines_[brick], bound, span, first,
+                             [&](double begin, double end, double bound_of_block) {
+                                 return tracking.look(begin, end, bound_of_block, in_brick);
+                             });
     }
 
-    // The blocks on a stretch through a brick, from the one that rays in this direction meet first.
+    // The cells on a stretch through a brick in which there is something, with the bounds of their blocks.
     template <class Visit>
-    bool through_blocks(const SparseGrid::Outline& outline, double of_brick, Interval span, Voxel first,
-                        const Visit& visit) const {
-        double t = span.begin;
-        const double end = span.end;
-        double half_x = x_.meets(first.x + 0.5);
-        double half_y = y_.meets(first.y + 0.5);
-        double half_z = z_.meets(first.z + 0.5);
-        unsigned block = 7U - static_cast<unsigned>(4 * x_.up + 2 * y_.up + z_.up);
-        if (t >= half_x) block ^= 4U, half_x = end;
-        if (t >= half_y) block ^= 2U, half_y = end;
-        if (t >= half_z) block ^= 1U, half_z = end;
-        for (;;) {
-            const double part = std::min(end, std::min(half_x, std::min(half_y, half_z)));
-            const double bound = outline.bound(block, of_brick);
-            if (bound > 0 && visit(t, part, bound)) return true;
-            if (part >= end) return false;
-            t = part;
-            if (half_x <= part) {
-                block ^= 4U, half_x = end;
-            } else if (half_y <= part) {
-                block ^= 2U, half_y = end;
-            } else {
-                block ^= 1U, half_z = end;
-            }
+    bool through_cells(const SparseGrid::Outline& outline, double of_brick, Interval span, Voxel first,
+                       const Visit& visit) const {
+        constexpr double kSide = 0.25;
+        const auto along = [&](const RayAxis& axis, int corner) {
+            const double in_brick = axis.origin + span.begin * axis.direction - corner;
+            return std::clamp(static_cast<int>(in_brick / kSide), 0, 3);
+        };
+        const int i = along(x_, first.x);
+        const int j = along(y_, first.y);
+        const int k = along(z_, first.z);
+        int cell = 16 * i + 4 * j + k;
+        // The planes through which the cell is left, as in through_columns.
+        double plane_x = first.x + kSide * (i + x_.up);
+        double plane_y = first.y + kSide * (j + y_.up);
+        double plane_z = first.z + kSide * (k + z_.up);
+        const double step_x = kSide * x_.sign;
+        const double step_y = kSide * y_.sign;
+        const double step_z = kSide * z_.sign;
+        const int cells_x = 16 * x_.sign;
+        const int cells_y = 4 * y_.sign;
+        const int cells_z = z_.sign;
+        double next_x = x_.meets(plane_x);
+        double next_y = y_.meets(plane_y);
+        double next_z = z_.meets(plane_z);
+        for (double t = span.begin;;) {
+            const double exit = std::min(next_x, std::min(next_y, next_z));
+            const double end = std::min(exit, span.end);
+            const unsigned here = static_cast<unsigned>(cell) & 63U;
+            if (outline.has(here) && visit(t, end, outline.bound(SparseGrid::Outline::block_of(here), of_brick)))
+                return true;
+            if (exit >= span.end) return false;
+            t = exit;
+            const bool is_x = next_x <= exit;
+            const bool is_z = !is_x && next_y > exit;
+            const bool is_y = !is_x && !is_z;
+            plane_x += is_x ? step_x : 0;
+            plane_y += is_y ? step_y : 0;
+            plane_z += is_z ? step_z : 0;
+            cell += is_x ? cells_x : is_y ? cells_y : cells_z;
+            next_x = x_.meets(plane_x);
+            next_y = y_.meets(plane_y);
+            next_z = z_.meets(plane_z);
         }
     }
 

@@ -2,6 +2,7 @@
 
 #include "fluovox/core/vec.h"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace fluovox {
@@ -37,14 +38,12 @@ public:
         return {up(x_, bits), up(y_, bits >> kBits), up(z_, bits >> (2 * kBits))};
     }
 
-    /// Which of the eight blocks of a brick it lies in, counted from the corner of that: 4, 2 and 1 for the upper
-    /// halves along x, y and z.
-    unsigned block() const {
-        constexpr std::int64_t kBelow = (std::int64_t{1} << (2 + kBits)) - 1;
-        const auto is_upper = [](std::int64_t at) {
-            return static_cast<unsigned>(static_cast<std::uint64_t>(kBelow - at) >> 63U);
+    /// Which of the 4^3 cells of a brick it lies in, z fastest, or is nearest to; counted from the corner of the brick.
+    unsigned cell() const {
+        const auto along = [](std::int64_t at) {
+            return static_cast<unsigned>(std::clamp<std::int64_t>(at >> (1 + kBits), 0, 3));
         };
-        return (is_upper(x_) << 2U) | (is_upper(y_) << 1U) | is_upper(z_);
+        return along(x_) << 4U | along(y_) << 2U | along(z_);
     }
 
 private:

@@ -124,7 +124,7 @@ private:
         float bound = 0;                       // a level that no block is above
         float largest = 0;                     // value
         std::uint8_t shift = 0;                // of the codes
-        std::uint8_t excess = 0;               // of the bound over the mean of the blocks' bounds, in 1/255 of it
+        std::uint8_t excess = 0;               // of the bound over its mean by blocks and cells, in 1/255 of it
         std::array<std::uint16_t, 8> child{};  // a block, from `base`; or kConstants + a constant
 
         // What a code stands for: so many steps below the largest, in the order of floating-point numbers.
@@ -135,16 +135,15 @@ private:
     // What tracking asks of a brick before it asks for its voxels.
     struct Outline {
         std::array<std::uint8_t, 8> bounds{};  // of the blocks: 0, or in 1/256 of the brick's, less one
-        std::uint64_t cells = 0;               // of 2^3 voxels, z fastest: those that are not all zero
+        std::uint64_t cells = 0;               // see filled_cells
 
         double bound(unsigned block, double of_brick) const {
             const unsigned share = bounds[block];
             return share == 0 ? 0 : of_brick * ((share + 1) * (1.0 / 256));
         }
-        // False for many voxels that are zero; for a voxel of the brick.
-        bool may_have(Voxel voxel) const {
-            const auto cell = static_cast<unsigned>(((voxel.x & 6) << 3) | ((voxel.y & 6) << 1) | (voxel.z >> 1));
-            return (cells >> cell & 1U) != 0;
+        bool has(unsigned cell) const { return (cells >> cell & 1U) != 0; }
+        static unsigned block_of(unsigned cell) {
+            return (cell >> 3U & 4U) | (cell >> 2U & 2U) | (cell >> 1U & 1U);
         }
     };
     /// 4^3 bricks; only those that differ from the background are there, one after the other.

@@ -2,6 +2,8 @@
 
 #include "fluovox/core/error.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -312,18 +314,14 @@ void SparseGridBuilder::set_bounds(SparseGrid& grid, const std::vector<std::arra
             outline.bounds.fill(255);
             continue;
         }
-        float sum = 0;
         for (unsigned block = 0; block < 8; ++block) {
             const float bound = bounds[b][block];
-            sum += bound;
             if (!(bound > 0)) continue;  // an infinite scale makes no number of an empty background
             const double share = std::ceil(256 * static_cast<double>(bound) / static_cast<double>(brick.bound)) - 1;
             outline.bounds[block] = static_cast<std::uint8_t>(std::clamp(share, 1.0, 255.0));
             if (outline.bound(block, static_cast<double>(brick.bound)) < static_cast<double>(bound))
                 ++outline.bounds[block];
         }
-        if (brick.bound > 0)
-            brick.excess = static_cast<std::uint8_t>(std::lround(255 * std::max(0.0F, 1 - sum / (8 * brick.bound))));
     }
     for (SparseGrid::Node& node : grid.nodes_) {
         const auto count = static_cast<std::uint32_t>(std::popcount(node.mask));
@@ -350,31 +348,6 @@ void SparseGridBuilder::set_occupied_box(SparseGrid& grid) const {
                           8.0 * (cell.place.y + ((corner >> 1) & 1)) - ((corner & 2) != 0 ? 0 : 1),
                           8.0 * (cell.place.z + ((corner >> 2) & 1)) - ((corner & 4) != 0 ? 0 : 1)};
             grid.bounds_.add(grid.world_from_index_.point(at));
-        }
-    }
-}
-
-void SparseGridBuilder::set_cells(SparseGrid& grid) {
-    for (std::size_t b = 0; b < grid.bricks_.size(); ++b) {
-        const SparseGrid::Brick& brick = grid.bricks_[b];
-        std::uint64_t& cells = grid.outlines_[b].cells;
-        for (unsigned block = 0; block < 8; ++block) {
-            const std::uint16_t child = brick.child[block];
-            std::uint64_t mask = 0;
-            if (child < SparseGrid::kConstants) {
-                std::memcpy(&mask, &grid.codes_[brick.base + child], sizeof(mask));
-            } else if (grid.constants_[child - SparseGrid::kConstants] != 0) {
-                mask = ~mask;
-            }
-            mask |= mask >> 1U;   // along z
-            mask |= mask >> 4U;   // along y
-            mask |= mask >> 16U;  // along x
-            const unsigned corner = (block & 4U) << 3U | (block & 2U) << 2U | (block & 1U) << 1U;
-            for (unsigned i = 0; i < 8; ++i) {
-                const unsigned voxel = (i & 4U) << 3U | (i & 2U) << 2U | (i & 1U) << 1U;
-                const unsigned cell = corner + ((i & 4U) << 2U | (i & 2U) << 1U | (i & 1U));
-                cells |= (mask >> voxel & 1U) << cell;
-            }
         }
     }
 }
@@ -411,6 +384,62 @@ void SparseGridBuilder::set_directory(SparseGrid& grid) const {
     directory.finish();
     grid.directory_ = std::move(directory);
     sort_bricks(grid, std::move(sorted));
+    set_cells(grid);
+}
+
+// Which of its voxels are not zero.
+BrickVoxels SparseGridBuilder::voxels_of(const SparseGrid& grid, const SparseGrid::Brick& brick) {
+    BrickVoxels voxels;
+    for (unsigned block = 0; block < 8; ++block) {
+        const std::uint16_t child = brick.child[block];
+        std::uint64_t mask = 0;
+        if (child < SparseGrid::kConstants) {
+            std::memcpy(&mask, &grid.codes_[brick.base + child], sizeof(mask));
+        } else if (grid.constants_[child - SparseGrid::kConstants] != 0) {
+            mask = ~mask;
+        }
+        voxels.set_block(block, mask);
+    }
+    return voxels;
+}
+
+// Of the bricks in the directory.
+void SparseGridBuilder::set_cells(SparseGrid& grid) {
+    const BrickDirectory& directory = grid.directory_;
+    const Voxel count = grid.brick_count_;
+    std::vector<BrickVoxels> voxels(directory.size());
+    tbb::parallel_for(std::size_t{0}, voxels.size(),
+                      [&](std::size_t b) { voxels[b] = voxels_of(grid, grid.bricks_[b]); });
+    const BrickVoxels none;
+    const auto voxels_at = [&](Voxel at) {
+        if (at.x >= count.x || at.y >= count.y || at.z >= count.z) return &none;
+        const std::size_t place = directory.place(at);
+        return directory.has(place) ? &voxels[directory.brick(place)] : &none;
+    };
+    tbb::parallel_for(0, count.x, [&](int x) {
+        for (Voxel at{x, 0, 0}; at.y < count.y; ++at.y) {
+            for (at.z = 0; at.z < count.z; ++at.z) {
+                const std::size_t place = directory.place(at);
+                if (!directory.has(place)) continue;
+                std::array<const BrickVoxels*, 8> bricks{};
+                for (int axes = 0; axes < 8; ++axes)
+                    bricks[static_cast<std::size_t>(axes)] =
+                        voxels_at({at.x + (axes >> 2 & 1), at.y + (axes >> 1 & 1), at.z + (axes & 1)});
+                const std::size_t brick = directory.brick(place);
+                SparseGrid::Outline& outline = grid.outlines_[brick];
+                outline.cells = filled_cells(bricks);
+                grid.bricks_[brick].excess = excess_of(outline);
+            }
+        }
+    });
+}
+
+// Of the bound of a brick over the mean of those of its cells, in 1/255 of it.
+std::uint8_t SparseGridBuilder::excess_of(const SparseGrid::Outline& outline) {
+    double sum = 0;
+    for (unsigned cell = 0; cell < 64; ++cell)
+        sum += outline.has(cell) ? outline.bound(SparseGrid::Outline::block_of(cell), 1) : 0;
+    return static_cast<std::uint8_t>(std::lround(255 * (1 - sum / 64)));
 }
 
 void SparseGridBuilder::set_brick_map(SparseGrid& grid) {
@@ -496,7 +525,6 @@ SparseGrid SparseGridBuilder::finish(const Affine& world_from_index, std::size_t
     for (const Cell& cell : cells_)
         raise_bounds(grid, cell, bounds);
     set_bounds(grid, bounds);
-    set_cells(grid);
     set_occupied_box(grid);
     set_directory(grid);
     grid.max_ = static_cast<double>(background_);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fluovox/volume/filled_cells.h"
 #include "fluovox/volume/sparse_grid.h"
 
 #include <array>
@@ -41,10 +42,12 @@ private:
     void raise_bounds(const SparseGrid& grid, const Cell& cell, std::vector<std::array<float, 8>>& bounds) const;
     static void set_bounds(SparseGrid& grid, const std::vector<std::array<float, 8>>& bounds);
     void set_occupied_box(SparseGrid& grid) const;
-    static void set_cells(SparseGrid& grid);
     void set_directory(SparseGrid& grid) const;
     static void set_brick_map(SparseGrid& grid);
     static void sort_bricks(SparseGrid& grid, std::vector<std::uint32_t> sorted);
+    static BrickVoxels voxels_of(const SparseGrid& grid, const SparseGrid::Brick& brick);
+    static void set_cells(SparseGrid& grid);
+    static std::uint8_t excess_of(const SparseGrid::Outline& outline);
 
     float background_;
     std::vector<Cell> cells_;
