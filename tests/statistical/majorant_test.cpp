@@ -179,8 +179,9 @@ SparseGrid grid_of(const std::vector<Voxel>& bricks, const Affine& world_from_in
     SparseGridBuilder builder(0);
     for (const Voxel brick : bricks) {
         std::array<float, 512> values{};
+        const double filled = rng.uniform() < 0.5 ? 0.3 : 0.02;  // all cells of 2^3 have something in them, or few
         for (float& value : values)
-            value = rng.uniform() < 0.3 ? static_cast<float>(rng.uniform()) : 0;
+            value = rng.uniform() < filled ? static_cast<float>(rng.uniform()) : 0;
         builder.add_brick({8 * brick.x, 8 * brick.y, 8 * brick.z}, values.data());
     }
     return std::move(builder).finish(world_from_index, 1);
@@ -281,6 +282,57 @@ TEST(Taps, GiveTheValuesOfTheirVoxelsExactly) {
             EXPECT_GT(wrong, 5000);
         }
     }
+}
+
+// Goes past everything and knows how much that was, by the bounds.
+struct Passing {
+    static constexpr double kAll = 1000;
+    double left = kAll;
+
+    double rest() const { return left; }
+    void set_rest(double rest) { left = rest; }
+    template <class MakeTap>
+    static bool look(double /*begin*/, double /*end*/, double /*bound*/, const MakeTap& /*make_tap*/) {
+        return false;
+    }
+    template <class Tap>
+    static bool look_inside(double /*begin*/, double /*end*/, double /*bound*/, const Tap& /*tap*/) {
+        return false;
+    }
+};
+
+double depth_of_bounds(const SparseGrid& grid, const Ray& ray) {
+    Passing passing;
+    constexpr double kLittleInABrick = 0.05;
+    BoundVisitor(grid, ray, {0, kEnd_um}, kLittleInABrick).run(passing);
+    return Passing::kAll - passing.left;
+}
+
+// Which side of the plane between two bricks it takes is open, but no more.
+TEST(Majorants, AreThoseOfOneSideForARayBetweenBricks) {
+    Rng rng(17, 0, 0);
+    const std::vector<Voxel> bricks = far_apart(rng);
+    const SparseGrid sparse = grid_of(bricks, {}, rng);
+    const SparseGrid dense = random_grid(rng, {}, 0);
+    int positive = 0;
+    for (int n = 0; n < 600; ++n) {
+        const SparseGrid& grid = n % 2 == 0 ? sparse : dense;
+        const Voxel brick = n % 2 == 0 ? bricks[static_cast<std::size_t>(n) / 2 % bricks.size()]
+                                       : Voxel{n % 5 - 2, n % 7 - 3, n % 3 - 1};
+        const double along = n % 4 < 2 ? 1 : -1;
+        const double across = std::array{0.0, -0.0, 1e-19, -1e-19}[static_cast<std::size_t>(n / 4 % 4)];
+        const bool is_x = n % 3 == 0;
+        const auto depth = [&](double aside) {
+            const Vec3 from{8 * brick.x + (is_x ? -300 * along : aside), 8 * brick.y + 3.3 + (is_x ? aside - 3.3 : 0),
+                            8 * brick.z + 2.7 - (is_x ? 0 : 300 * along)};
+            return depth_of_bounds(grid, {from, is_x ? Vec3{along, across, 0} : Vec3{across, 0, along}});
+        };
+        const double found = depth(0);
+        const double off = std::min(std::abs(found - depth(1e-9)), std::abs(found - depth(-1e-9)));
+        EXPECT_LT(off, 1e-6) << "ray " << n << ": " << found;
+        positive += found > 0 ? 1 : 0;
+    }
+    EXPECT_GT(positive, 100);
 }
 
 TEST(Majorants, AreNoneWhereThereIsNothing) {

@@ -142,7 +142,7 @@ private:
     void through_columns(Tracking& tracking) const {
         const BrickDirectory& directory = grid_->directory_;
         const Voxel n = grid_->brick_count_;
-        const Voxel begin{x_.brick(begin_, n.x), y_.brick(begin_, n.y), z_.brick(begin_, n.z)};
+        const Voxel begin{x_.first_brick(begin_, n.x), y_.first_brick(begin_, n.y), z_.first_brick(begin_, n.z)};
         const auto in_column = static_cast<std::ptrdiff_t>(directory.places_in_column());
         const std::ptrdiff_t places_x = x_.sign * in_column * n.y;
         const std::ptrdiff_t places_y = y_.sign * in_column;
@@ -239,7 +239,7 @@ private:
     void through_bricks(Tracking& tracking) const {
         const BrickDirectory& directory = grid_->directory_;
         const Voxel n = grid_->brick_count_;
-        const Voxel begin{x_.brick(begin_, n.x), y_.brick(begin_, n.y), z_.brick(begin_, n.z)};
+        const Voxel begin{x_.first_brick(begin_, n.x), y_.first_brick(begin_, n.y), z_.first_brick(begin_, n.z)};
         const std::ptrdiff_t in_column = n.z;
         const std::ptrdiff_t places_x = x_.sign * in_column * n.y;
         const std::ptrdiff_t places_y = y_.sign * in_column;
@@ -314,13 +314,9 @@ private:
     bool through_cells(const SparseGrid::Outline& outline, double of_brick, Interval span, Voxel first,
                        const Visit& visit) const {
         constexpr double kSide = 0.25;
-        const auto along = [&](const RayAxis& axis, int corner) {
-            const double in_brick = axis.origin + span.begin * axis.direction - corner;
-            return std::clamp(static_cast<int>(in_brick / kSide), 0, 3);
-        };
-        const int i = along(x_, first.x);
-        const int j = along(y_, first.y);
-        const int k = along(z_, first.z);
+        const int i = x_.first_step(span.begin, first.x, kSide, 4);
+        const int j = y_.first_step(span.begin, first.y, kSide, 4);
+        const int k = z_.first_step(span.begin, first.z, kSide, 4);
         int cell = 16 * i + 4 * j + k;
         // The planes through which the cell is left, as in through_columns.
         double plane_x = first.x + kSide * (i + x_.up);
@@ -339,8 +335,10 @@ private:
             const double exit = std::min(next_x, std::min(next_y, next_z));
             const double end = std::min(exit, span.end);
             const unsigned here = static_cast<unsigned>(cell) & 63U;
-            if (outline.has(here) && visit(t, end, outline.bound(SparseGrid::Outline::block_of(here), of_brick)))
-                return true;
+            if (outline.has(here) && t < end) {
+                const double bound = outline.bound(SparseGrid::Outline::block_of(here), of_brick);
+                if (visit(t, end, bound)) return true;
+            }
             if (exit >= span.end) return false;
             t = exit;
             const bool is_x = next_x <= exit;

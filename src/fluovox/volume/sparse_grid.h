@@ -142,9 +142,7 @@ private:
             return share == 0 ? 0 : of_brick * ((share + 1) * (1.0 / 256));
         }
         bool has(unsigned cell) const { return (cells >> cell & 1U) != 0; }
-        static unsigned block_of(unsigned cell) {
-            return (cell >> 3U & 4U) | (cell >> 2U & 2U) | (cell >> 1U & 1U);
-        }
+        static unsigned block_of(unsigned cell) { return (cell >> 3U & 4U) | (cell >> 2U & 2U) | (cell >> 1U & 1U); }
     };
     /// 4^3 bricks; only those that differ from the background are there, one after the other.
     struct Node {

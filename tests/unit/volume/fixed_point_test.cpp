@@ -24,20 +24,21 @@ TEST(FixedPoint, InABrickItRoundsToTheSameVoxelAsInSpace) {
     }
 }
 
-TEST(FixedPoint, BlocksOfABrickMeetInItsMiddle) {
-    const auto block = [](double x, double y, double z) {
-        return FixedPoint::from_brick({5 + x, 7 + y, 9 + z}, {5, 7, 9}).block();
+TEST(FixedPoint, CellsOfABrickAreQuartersOfIt) {
+    const auto cell = [](double x, double y, double z) {
+        return FixedPoint::from_brick({5 + x, 7 + y, 9 + z}, {5, 7, 9}).cell();
     };
-    const double below = 0.5 - 1e-6;
-    EXPECT_EQ(block(below, below, below), 0U);
-    EXPECT_EQ(block(0.5, below, below), 4U);
-    EXPECT_EQ(block(below, 0.5, below), 2U);
-    EXPECT_EQ(block(below, below, 0.5), 1U);
-    EXPECT_EQ(block(0.999999, 0.999999, 0.999999), 7U);
+    const double below = 0.25 - 1e-6;
+    EXPECT_EQ(cell(below, below, below), 0U);
+    EXPECT_EQ(cell(0.25, below, below), 16U);
+    EXPECT_EQ(cell(below, 0.25, below), 4U);
+    EXPECT_EQ(cell(below, below, 0.25), 1U);
+    EXPECT_EQ(cell(0.5, 0.75, 0.3), 2 * 16U + 3 * 4U + 1);
+    EXPECT_EQ(cell(0.999999, 0.999999, 0.999999), 63U);
     // Rounding may put the ends of a stretch just outside of the brick that it is in.
-    EXPECT_EQ(block(-1e-6, -1e-6, -1e-6), 0U);
-    EXPECT_EQ(block(1, 1, 1), 7U);
-    EXPECT_EQ(block(-1e-6, 1, 0.2), 2U);
+    EXPECT_EQ(cell(-1e-6, -1e-6, -1e-6), 0U);
+    EXPECT_EQ(cell(1, 1, 1), 63U);
+    EXPECT_EQ(cell(-1e-6, 1, 0.3), 3 * 4U + 1);
 }
 
 TEST(FixedPoint, RoundingKeepsThePlaceOnAverage) {
