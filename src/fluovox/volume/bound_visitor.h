@@ -239,7 +239,7 @@ private:
     void through_bricks(Tracking& tracking) const {
         const BrickDirectory& directory = grid_->directory_;
         const Voxel n = grid_->brick_count_;
-        const Voxel begin{x_.first_brick(begin_, n.x), y_.first_brick(begin_, n.y), z_.first_brick(begin_, n.z)};
+        const Voxel begin{x_.brick(begin_, n.x), y_.brick(begin_, n.y), z_.brick(begin_, n.z)};
         const std::ptrdiff_t in_column = n.z;
         const std::ptrdiff_t places_x = x_.sign * in_column * n.y;
         const std::ptrdiff_t places_y = y_.sign * in_column;
@@ -252,9 +252,10 @@ private:
         const double step_x = x_.sign;
         const double step_y = y_.sign;
         const double step_z = z_.sign;
-        double next_x = x_.meets(plane_x);
-        double next_y = y_.meets(plane_y);
-        double next_z = z_.meets(plane_z);
+        // A ray in the plane between two bricks may have met it before.
+        double next_x = std::max(begin_, x_.meets(plane_x));
+        double next_y = std::max(begin_, y_.meets(plane_y));
+        double next_z = std::max(begin_, z_.meets(plane_z));
         const BrickDirectory::Entry* const entries = directory.entries();
         const BoundLevels& bounds = grid_->levels_;
         const double coefficient = coefficient_;
@@ -302,55 +303,56 @@ private:
             return tracking.look_inside(span.begin, span.end, bound, tap(first, brick, Thinning::ByCells));
         if (depth * grid_->bricks_[brick].excess < 255 * kThinnedOut)
             return tracking.look(span.begin, span.end, bound, [&] { return tap(first, brick, Thinning::ByCells); });
-        const auto in_brick = [&] { return tap(first, brick, Thinning::None); };
-        return through_cells(grid_->outlines_[brick], bound, span, first,
-                             [&](double begin, double end, double bound_of_block) {
-                                 return tracking.look(begin, end, bound_of_block, in_brick);
-                             });
+        const auto look = [&](double begin, double end, double bound_there) {
+            return tracking.look(begin, end, bound_there, [&] { return tap(first, brick, Thinning::None); });
+        };
+        const SparseGrid::Outline& outline = grid_->outlines_[brick];
+        if (outline.is_full())
+            return through_parts<2>(
+                span, first, [&](unsigned block) { return outline.bound(block, bound); }, look);
+        return through_parts<4>(
+            span, first, [&](unsigned cell) { return outline.bound_in_cell(cell, bound); }, look);
     }
 
-    // The cells on a stretch through a brick in which there is something, with the bounds of their blocks.
-    template <class Visit>
-    bool through_cells(const SparseGrid::Outline& outline, double of_brick, Interval span, Voxel first,
-                       const Visit& visit) const {
-        constexpr double kSide = 0.25;
-        const int i = x_.first_step(span.begin, first.x, kSide, 4);
-        const int j = y_.first_step(span.begin, first.y, kSide, 4);
-        const int k = z_.first_step(span.begin, first.z, kSide, 4);
-        int cell = 16 * i + 4 * j + k;
-        // The planes through which the cell is left, as in through_columns.
+    // The parts on a stretch through a brick where their bound is above 0: `kAlong` along each axis, z fastest.
+    template <int kAlong, class Bound, class Visit>
+    bool through_parts(Interval span, Voxel first, const Bound& bound_of, const Visit& visit) const {
+        constexpr double kSide = 1.0 / kAlong;
+        const auto part_at = [&](const RayAxis& axis, int corner) {
+            const double in_brick = axis.origin + span.begin * axis.direction - corner;
+            return std::clamp(static_cast<int>(in_brick * kAlong), 0, kAlong - 1);
+        };
+        const int i = part_at(x_, first.x);
+        const int j = part_at(y_, first.y);
+        const int k = part_at(z_, first.z);
+        int part = (i * kAlong + j) * kAlong + k;
+        // The planes through which the part is left, as in through_bricks.
         double plane_x = first.x + kSide * (i + x_.up);
         double plane_y = first.y + kSide * (j + y_.up);
         double plane_z = first.z + kSide * (k + z_.up);
-        const double step_x = kSide * x_.sign;
-        const double step_y = kSide * y_.sign;
-        const double step_z = kSide * z_.sign;
-        const int cells_x = 16 * x_.sign;
-        const int cells_y = 4 * y_.sign;
-        const int cells_z = z_.sign;
-        double next_x = x_.meets(plane_x);
-        double next_y = y_.meets(plane_y);
-        double next_z = z_.meets(plane_z);
+        double next_x = std::max(span.begin, x_.meets(plane_x));
+        double next_y = std::max(span.begin, y_.meets(plane_y));
+        double next_z = std::max(span.begin, z_.meets(plane_z));
         for (double t = span.begin;;) {
             const double exit = std::min(next_x, std::min(next_y, next_z));
             const double end = std::min(exit, span.end);
-            const unsigned here = static_cast<unsigned>(cell) & 63U;
-            if (outline.has(here) && t < end) {
-                const double bound = outline.bound(SparseGrid::Outline::block_of(here), of_brick);
-                if (visit(t, end, bound)) return true;
-            }
+            const double bound = bound_of(static_cast<unsigned>(part) % (kAlong * kAlong * kAlong));
+            if (bound > 0 && t < end && visit(t, end, bound)) return true;
             if (exit >= span.end) return false;
             t = exit;
-            const bool is_x = next_x <= exit;
-            const bool is_z = !is_x && next_y > exit;
-            const bool is_y = !is_x && !is_z;
-            plane_x += is_x ? step_x : 0;
-            plane_y += is_y ? step_y : 0;
-            plane_z += is_z ? step_z : 0;
-            cell += is_x ? cells_x : is_y ? cells_y : cells_z;
-            next_x = x_.meets(plane_x);
-            next_y = y_.meets(plane_y);
-            next_z = z_.meets(plane_z);
+            if (next_x <= exit) {
+                plane_x += kSide * x_.sign;
+                next_x = x_.meets(plane_x);
+                part += kAlong * kAlong * x_.sign;
+            } else if (next_y <= exit) {
+                plane_y += kSide * y_.sign;
+                next_y = y_.meets(plane_y);
+                part += kAlong * y_.sign;
+            } else {
+                plane_z += kSide * z_.sign;
+                next_z = z_.meets(plane_z);
+                part += z_.sign;
+            }
         }
     }
 

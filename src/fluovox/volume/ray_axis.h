@@ -28,14 +28,12 @@ struct RayAxis {
     double meets(double plane) const { return plane * inverse + offset; }
     /// Brick that holds the ray at t, of so many.
     int brick(double t, int count) const { return std::clamp(static_cast<int>(origin + t * direction), 0, count - 1); }
-    /// Step that holds the ray at t, of so many of a length from a corner on; one that is not left before t, as
-    /// rounding or a ray in the plane between two steps may have it.
-    int first_step(double t, double corner, double length, int count) const {
-        const int step = std::clamp(static_cast<int>((origin + t * direction - corner) / length), 0, count - 1);
-        const bool is_left = meets(corner + length * (step + up)) < t;
-        return std::clamp(step + (is_left ? sign : 0), 0, count - 1);
+    /// The same, but for one that is left before t, as rounding or a ray in the plane between two may have it: then the
+    /// next one.
+    int first_brick(double t, int count) const {
+        const int at = brick(t, count);
+        return meets(at + up) < t ? std::clamp(at + sign, 0, count - 1) : at;
     }
-    int first_brick(double t, int count) const { return first_step(t, 0, 1, count); }
     /// The brick that is left through a plane.
     int brick_before(double plane) const { return static_cast<int>(plane) - up; }
     /// The stretch in a box of so many bricks.

@@ -141,6 +141,10 @@ private:
             const unsigned share = bounds[block];
             return share == 0 ? 0 : of_brick * ((share + 1) * (1.0 / 256));
         }
+        double bound_in_cell(unsigned cell, double of_brick) const {
+            return has(cell) ? bound(block_of(cell), of_brick) : 0;
+        }
+        bool is_full() const { return cells == ~std::uint64_t{0}; }
         bool has(unsigned cell) const { return (cells >> cell & 1U) != 0; }
         static unsigned block_of(unsigned cell) { return (cell >> 3U & 4U) | (cell >> 2U & 2U) | (cell >> 1U & 1U); }
     };

@@ -438,7 +438,7 @@ void SparseGridBuilder::set_cells(SparseGrid& grid) {
 std::uint8_t SparseGridBuilder::excess_of(const SparseGrid::Outline& outline) {
     double sum = 0;
     for (unsigned cell = 0; cell < 64; ++cell)
-        sum += outline.has(cell) ? outline.bound(SparseGrid::Outline::block_of(cell), 1) : 0;
+        sum += outline.bound_in_cell(cell, 1);
     return static_cast<std::uint8_t>(std::lround(255 * (1 - sum / 64)));
 }
 
