@@ -308,7 +308,16 @@ double depth_of_bounds(const SparseGrid& grid, const Ray& ray) {
     return Passing::kAll - passing.left;
 }
 
-// Which side of the plane between two bricks it takes is open, but no more.
+// Along x or z, in a plane between bricks or a little aside.
+Ray ray_between(Voxel brick, int number, double aside) {
+    const double along = number % 4 < 2 ? 1 : -1;
+    const double across = std::array{0.0, -0.0, 1e-19, -1e-19}[static_cast<std::size_t>(number / 4 % 4)];
+    const Vec3 corner{8.0 * brick.x, 8.0 * brick.y, 8.0 * brick.z};
+    if (number % 3 == 0) return {corner + Vec3{-300 * along, aside, 2.7}, {along, across, 0}};
+    return {corner + Vec3{aside, 3.3, -300 * along}, {across, 0, along}};
+}
+
+// Which side of the plane it takes is open, but no more.
 TEST(Majorants, AreThoseOfOneSideForARayBetweenBricks) {
     Rng rng(17, 0, 0);
     const std::vector<Voxel> bricks = far_apart(rng);
@@ -316,16 +325,11 @@ TEST(Majorants, AreThoseOfOneSideForARayBetweenBricks) {
     const SparseGrid dense = random_grid(rng, {}, 0);
     int positive = 0;
     for (int n = 0; n < 600; ++n) {
-        const SparseGrid& grid = n % 2 == 0 ? sparse : dense;
-        const Voxel brick = n % 2 == 0 ? bricks[static_cast<std::size_t>(n) / 2 % bricks.size()]
-                                       : Voxel{n % 5 - 2, n % 7 - 3, n % 3 - 1};
-        const double along = n % 4 < 2 ? 1 : -1;
-        const double across = std::array{0.0, -0.0, 1e-19, -1e-19}[static_cast<std::size_t>(n / 4 % 4)];
-        const bool is_x = n % 3 == 0;
+        const bool is_sparse = n % 2 == 0;
+        const Voxel brick = is_sparse ? bricks[static_cast<std::size_t>(n) / 2 % bricks.size()]
+                                      : Voxel{n % 5 - 2, n % 7 - 3, n % 3 - 1};
         const auto depth = [&](double aside) {
-            const Vec3 from{8 * brick.x + (is_x ? -300 * along : aside), 8 * brick.y + 3.3 + (is_x ? aside - 3.3 : 0),
-                            8 * brick.z + 2.7 - (is_x ? 0 : 300 * along)};
-            return depth_of_bounds(grid, {from, is_x ? Vec3{along, across, 0} : Vec3{across, 0, along}});
+            return depth_of_bounds(is_sparse ? sparse : dense, ray_between(brick, n, aside));
         };
         const double found = depth(0);
         const double off = std::min(std::abs(found - depth(1e-9)), std::abs(found - depth(-1e-9)));

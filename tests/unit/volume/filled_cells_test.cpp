@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -19,23 +20,22 @@ public:
 
     Voxels(double share, std::uint64_t seed) : set_(kAlong * kAlong * kAlong) {
         Rng rng(seed, 0, 0);
-        for (std::size_t i = 0; i < set_.size(); ++i)
-            set_[i] = rng.uniform() < share;
+        std::generate(set_.begin(), set_.end(), [&] { return rng.uniform() < share; });
     }
 
     bool at(std::size_t x, std::size_t y, std::size_t z) const { return set_[(x * kAlong + y) * kAlong + z]; }
 
     BrickVoxels brick(std::size_t axes) const {
         BrickVoxels voxels;
-        for (unsigned block = 0; block < 8; ++block) {
+        for (std::size_t block = 0; block < 8; ++block) {
             std::uint64_t mask = 0;
-            for (unsigned i = 0; i < 64; ++i) {
-                const bool is_set = at(8 * (axes >> 2U) + (block & 4U) + (i >> 4U),
-                                       8 * (axes >> 1U & 1U) + 2 * (block & 2U) + (i >> 2U & 3U),
-                                       8 * (axes & 1U) + 4 * (block & 1U) + (i & 3U));
-                mask |= std::uint64_t{is_set} << i;
+            for (std::size_t i = 0; i < 64; ++i) {
+                const std::size_t x = 8 * (axes >> 2U) + 4 * (block >> 2U) + (i >> 4U);
+                const std::size_t y = 8 * (axes >> 1U & 1U) + 4 * (block >> 1U & 1U) + (i >> 2U & 3U);
+                const std::size_t z = 8 * (axes & 1U) + 4 * (block & 1U) + (i & 3U);
+                mask |= at(x, y, z) ? std::uint64_t{1} << i : 0;
             }
-            voxels.set_block(block, mask);
+            voxels.set_block(static_cast<unsigned>(block), mask);
         }
         return voxels;
     }
@@ -43,13 +43,13 @@ public:
     // Voxel by voxel: a cell reaches over so many of them.
     std::uint64_t cells(std::size_t reach) const {
         std::uint64_t filled = 0;
-        for (unsigned cell = 0; cell < 64; ++cell) {
-            bool any = false;
-            for (std::size_t x = 0; x < reach; ++x)
-                for (std::size_t y = 0; y < reach; ++y)
-                    for (std::size_t z = 0; z < reach; ++z)
-                        any = any || at(2 * (cell >> 4U) + x, 2 * (cell >> 2U & 3U) + y, 2 * (cell & 3U) + z);
-            filled |= std::uint64_t{any} << cell;
+        for (std::size_t cell = 0; cell < 64; ++cell) {
+            for (std::size_t i = 0; i < reach * reach * reach; ++i) {
+                const std::size_t x = 2 * (cell >> 4U) + i / reach / reach;
+                const std::size_t y = 2 * (cell >> 2U & 3U) + i / reach % reach;
+                const std::size_t z = 2 * (cell & 3U) + i % reach;
+                filled |= at(x, y, z) ? std::uint64_t{1} << cell : 0;
+            }
         }
         return filled;
     }
