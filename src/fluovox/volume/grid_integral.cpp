@@ -7,7 +7,7 @@ namespace fluovox {
 // All it calls lies in one function, as for trackings.
 [[gnu::flatten]] void GridIntegral::add(const SparseGrid& grid, const Ray& ray) {
     cell_.low = kNone;
-    constexpr double kFinest = 1e30;  // as a coefficient: blocks where there is nothing are passed
+    constexpr double kFinest = 1e30;  // as a coefficient: cells where there is nothing are passed
     BoundVisitor(grid, ray, {0, std::numeric_limits<double>::infinity()}, kFinest).run(*this);
 }
 

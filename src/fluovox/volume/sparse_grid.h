@@ -124,7 +124,7 @@ private:
         float bound = 0;                       // a level that no block is above
         float largest = 0;                     // value
         std::uint8_t shift = 0;                // of the codes
-        std::uint8_t excess = 0;               // of the bound over its mean by blocks and cells, in 1/255 of it
+        std::uint8_t excess = 0;               // of the bound over its mean by cells, in 1/255 of it
         std::array<std::uint16_t, 8> child{};  // a block, from `base`; or kConstants + a constant
 
         // What a code stands for: so many steps below the largest, in the order of floating-point numbers.
@@ -135,7 +135,7 @@ private:
     // What tracking asks of a brick before it asks for its voxels.
     struct Outline {
         std::array<std::uint8_t, 8> bounds{};  // of the blocks: 0, or in 1/256 of the brick's, less one
-        std::uint64_t cells = 0;               // see filled_cells
+        std::uint64_t cells = 0;               // see filled_cells; where there is a directory
 
         double bound(unsigned block, double of_brick) const {
             const unsigned share = bounds[block];
