@@ -123,8 +123,8 @@ void report_growth(const fs::path& folder, Table& table) {
 }
 
 // Paths per pixel: so many that a run takes a second or so, and what it takes to begin and end hardly counts.
-constexpr int kSamplesOfShortPaths = 64;
-constexpr int kSamplesOfLongPaths = 16;
+constexpr int kSamplesOfShortPaths = 128;
+constexpr int kSamplesOfLongPaths = 32;
 
 }  // namespace
 
