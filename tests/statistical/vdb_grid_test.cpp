@@ -106,6 +106,44 @@ TEST_F(VdbGrid, AppliesTheUnitsOfValuesAndLengths) {
     EXPECT_NEAR(loaded.max(), 1000, 1);
 }
 
+// More leaves than are packed at once. Every fifth is constant: of three values, and farther along of more values than
+// are kept as such.
+TEST_F(VdbGrid, HasTheVoxelsOfTensOfThousandsOfLeaves) {
+    constexpr int kLeavesAlong = 33;
+    const auto value_of = [](int i) {
+        const bool is_constant = i % 5 == 0;
+        const int kinds = i < kLeavesAlong * kLeavesAlong * 16 ? 3 : 400;
+        return is_constant ? static_cast<float>(1 + i / 5 % kinds) : 0.5F + 0.001F * static_cast<float>(i % 997);
+    };
+    const auto voxel_of = [](int i) {
+        const int at = 37 * i % 512;
+        return Voxel{8 * (i / (kLeavesAlong * kLeavesAlong)) + at / 64,
+                     8 * (i / kLeavesAlong % kLeavesAlong) + at / 8 % 8, 8 * (i % kLeavesAlong) + at % 8};
+    };
+    constexpr int kLeaves = kLeavesAlong * kLeavesAlong * kLeavesAlong;
+    const auto grid = new_grid<openvdb::FloatGrid>(0.0F);
+    grid->setName("dye");
+    auto accessor = grid->getAccessor();
+    for (int i = 0; i < kLeaves; ++i) {
+        const Voxel at = voxel_of(i);
+        if (i % 5 == 0) {
+            accessor.touchLeaf({at.x, at.y, at.z})->fill(value_of(i), true);
+        } else {
+            accessor.setValue({at.x, at.y, at.z}, value_of(i));
+        }
+    }
+    const SparseGrid loaded = saved_and_loaded(grid);
+    EXPECT_EQ(loaded.active_voxels(), grid->baseTree().activeVoxelCount());
+    int wrong = 0;
+    for (int i = 0; i < kLeaves; ++i) {
+        const Voxel at = voxel_of(i);
+        const Voxel beside{at.x ^ 1, at.y, at.z};
+        wrong += loaded.value(at) == value_of(i) ? 0 : 1;
+        wrong += loaded.value(beside) == (i % 5 == 0 ? value_of(i) : 0) ? 0 : 1;
+    }
+    EXPECT_EQ(wrong, 0);
+}
+
 TEST_F(VdbGrid, ReadsValuesOfHalfPrecision) {
     const auto grid = noise(0);
     grid->setSaveFloatAsHalf(true);

@@ -142,6 +142,11 @@ std::uint16_t SparseGridBuilder::pack_block(const float* values, int block, Spar
     return static_cast<std::uint16_t>(at - brick.base);
 }
 
+void SparseGridBuilder::require_room(std::size_t words) const {
+    if (codes_.size() + words > std::numeric_limits<std::uint32_t>::max())
+        throw InputError("it has too many voxels (over 2^32 words)");
+}
+
 void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
     assert(origin.x % kBrick == 0 && origin.y % kBrick == 0 && origin.z % kBrick == 0);
     if (std::all_of(values + 1, values + kVoxels, [&](float v) { return v == values[0]; }) &&
@@ -151,8 +156,7 @@ void SparseGridBuilder::add_brick(Voxel origin, const float* values) {
     }
     Cell cell;
     cell.place = {origin.x >> 3, origin.y >> 3, origin.z >> 3};
-    if (codes_.size() > std::numeric_limits<std::uint32_t>::max() - 1024)
-        throw InputError("it has too many voxels (over 2^32 words)");
+    require_room(kVoxels + 8 * kMaskWords);
     cell.brick.base = static_cast<std::uint32_t>(codes_.size());
     float highest = 0;
     float lowest = std::numeric_limits<float>::max();
@@ -189,6 +193,26 @@ void SparseGridBuilder::add_constant(Voxel origin, int size, float value) {
             }
         }
     }
+}
+
+bool SparseGridBuilder::append(SparseGridBuilder&& part) {
+    std::vector<std::uint16_t> here{0};  // of its constants
+    for (const float value : part.constants_) {
+        here.push_back(constant(value));
+        if (here.back() == SparseGrid::kConstants) return false;
+    }
+    require_room(part.codes_.size());
+    const auto base = static_cast<std::uint32_t>(codes_.size());
+    for (Cell& cell : part.cells_) {
+        cell.brick.base += base;
+        for (std::uint16_t& child : cell.brick.child) {
+            if (child >= SparseGrid::kConstants)
+                child = static_cast<std::uint16_t>(SparseGrid::kConstants + here[child - SparseGrid::kConstants]);
+        }
+    }
+    cells_.insert(cells_.end(), part.cells_.begin(), part.cells_.end());
+    codes_.insert(codes_.end(), part.codes_.begin(), part.codes_.end());
+    return true;
 }
 
 void SparseGridBuilder::set_node_box(SparseGrid& grid) const {

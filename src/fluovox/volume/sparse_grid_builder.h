@@ -21,6 +21,10 @@ public:
     /// A cube of `size` voxels (8 or a multiple) from `origin` with one value.
     void add_constant(Voxel origin, int size, float value);
 
+    /// All that another one, of the same background, holds, behind what this one does: as if it had been added here.
+    /// False, and nothing of it is added, where there is no room for its constants.
+    bool append(SparseGridBuilder&& part);
+
     SparseGrid finish(const Affine& world_from_index, std::size_t active_voxels) &&;
 
     /// The other way round: the first voxels of the bricks in which the trilinear field of a grid is not its background
@@ -35,6 +39,7 @@ private:
     };
 
     std::uint16_t constant(float value);
+    void require_room(std::size_t words) const;
     std::uint16_t pack_block(const float* values, int block, SparseGrid::Brick& brick);
     void set_node_box(SparseGrid& grid) const;
     static std::size_t ensure_node(SparseGrid& grid, Voxel place);

@@ -6,13 +6,20 @@
 #include "fluovox/volume/vdb_internal.h"
 
 #include <openvdb/openvdb.h>
+#include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace fluovox {
 namespace {
 
 using openvdb::FloatGrid;
+using FloatLeaf = FloatGrid::TreeType::LeafNodeType;
 
 Affine affine_of(const FloatGrid& grid, double um_per_unit, const std::string& place) {
     if (!grid.transform().isLinear()) throw InputError(place + ": its transform is not affine (a frustum?)");
@@ -39,6 +46,42 @@ void add_tiles(const Node& node, float background, float scale, SparseGridBuilde
     }
 }
 
+void add_leaf(const FloatLeaf& leaf, float factor, SparseGridBuilder& builder) {
+    std::array<float, FloatLeaf::SIZE> values{};
+    const float* data = leaf.buffer().data();
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = factor * data[i];
+    const openvdb::Coord origin = leaf.origin();
+    builder.add_brick({origin.x(), origin.y(), origin.z()}, values.data());
+}
+
+// Packed in parts, side by side: a few at a time, so that they take little memory.
+void add_leaves(const FloatGrid& grid, float factor, SparseGridBuilder& builder) {
+    constexpr std::size_t kInPart = 1024;
+    constexpr std::size_t kParts = 32;
+    std::vector<const FloatLeaf*> leaves;
+    leaves.reserve(grid.tree().leafCount());
+    grid.tree().getNodes(leaves);
+    const std::span all(leaves);
+    for (std::size_t first = 0; first < all.size(); first += kInPart * kParts) {
+        const std::span some = all.subspan(first, std::min(kInPart * kParts, all.size() - first));
+        const auto part_of = [&](std::size_t i) {
+            return some.subspan(i * kInPart, std::min(kInPart, some.size() - i * kInPart));
+        };
+        std::vector<SparseGridBuilder> parts((some.size() + kInPart - 1) / kInPart,
+                                             SparseGridBuilder(factor * grid.background()));
+        tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+            for (const FloatLeaf* leaf : part_of(i))
+                add_leaf(*leaf, factor, parts[i]);
+        });
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            if (builder.append(std::move(parts[i]))) continue;
+            for (const FloatLeaf* leaf : part_of(i))
+                add_leaf(*leaf, factor, builder);
+        }
+    }
+}
+
 // All below the root.
 void add_tree(const FloatGrid& grid, float factor, SparseGridBuilder& builder) {
     using Lower = FloatGrid::TreeType::RootNodeType::ChildNodeType::ChildNodeType;
@@ -48,14 +91,7 @@ void add_tree(const FloatGrid& grid, float factor, SparseGridBuilder& builder) {
         for (auto lower = upper->cbeginChildOn(); lower; ++lower)
             add_tiles<Lower>(*lower, background, factor, builder);
     }
-    std::array<float, 512> values{};
-    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
-        const float* data = leaf->buffer().data();
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = factor * data[i];
-        const openvdb::Coord origin = leaf->origin();
-        builder.add_brick({origin.x(), origin.y(), origin.z()}, values.data());
-    }
+    add_leaves(grid, factor, builder);
 }
 
 }  // namespace
