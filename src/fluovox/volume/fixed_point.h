@@ -12,7 +12,8 @@ struct Voxel {
     int x = 0, y = 0, z = 0;
 };
 
-/// An index-space position in steps of 2^-18 voxels; |coordinates| < 2^31.
+/// An index-space position in steps of 2^-18 voxels. Coordinates beyond +-(2^31 - 2), as in a background for ever,
+/// count as these.
 class FixedPoint {
 public:
     static constexpr unsigned kBits = 18;  ///< of the fraction
@@ -53,8 +54,9 @@ private:
     static std::int64_t fixed(double at) {
         constexpr double kOne = 1U << kBits;
         constexpr double kMost = 0x1.0p31;
+        constexpr double kFarthest = kMost - 2;  // the next voxel has a number too
         constexpr std::int64_t kShifted = std::int64_t{1} << (31 + kBits);
-        return static_cast<std::int64_t>(at * kOne + kMost * kOne) - kShifted;
+        return static_cast<std::int64_t>(std::clamp(at, -kFarthest, kFarthest) * kOne + kMost * kOne) - kShifted;
     }
 
     std::int64_t x_, y_, z_;

@@ -21,8 +21,8 @@ public:
     /// A cube of `size` voxels (8 or a multiple) from `origin` with one value.
     void add_constant(Voxel origin, int size, float value);
 
-    /// All that another one, of the same background, holds, behind what this one does: as if it had been added here.
-    /// False, and nothing of it is added, where there is no room for its constants.
+    /// Adds the bricks of another one, which has the same background, behind those that are here. False, and none are
+    /// added, where there is no room for its constants: then its bricks must be added one by one.
     bool append(SparseGridBuilder&& part);
 
     SparseGrid finish(const Affine& world_from_index, std::size_t active_voxels) &&;

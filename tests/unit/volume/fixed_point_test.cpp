@@ -41,6 +41,18 @@ TEST(FixedPoint, CellsOfABrickAreQuartersOfIt) {
     EXPECT_EQ(cell(-1e-6, 1, 0.3), 3 * 4U + 1);
 }
 
+TEST(FixedPoint, PlacesFarAwayAreTheFarthestVoxels) {
+    constexpr int kFarthest = 2147483646;
+    for (const std::uint64_t bits : {std::uint64_t{0}, ~std::uint64_t{0}}) {
+        const Voxel voxel = FixedPoint(Vec3{1e20, -1e20, 3}).rounded(bits);
+        EXPECT_EQ(voxel.x, kFarthest);
+        EXPECT_EQ(voxel.y, -kFarthest);
+        EXPECT_EQ(voxel.z, 3);
+    }
+    EXPECT_EQ(FixedPoint(Vec3{2e9, -2e9, 0}).rounded(0).x, 2000000000);
+    EXPECT_EQ(FixedPoint(Vec3{2e9, -2e9, 0}).rounded(0).y, -2000000000);
+}
+
 TEST(FixedPoint, RoundingKeepsThePlaceOnAverage) {
     const Vec3 bricks{3.3141, 2.2718, 1.1414};
     const FixedPoint place = FixedPoint::from_brick(bricks, {3, 2, 1});
