@@ -55,30 +55,32 @@ void add_leaf(const FloatLeaf& leaf, float factor, SparseGridBuilder& builder) {
     builder.add_brick({origin.x(), origin.y(), origin.z()}, values.data());
 }
 
-// Packed in parts, side by side: a few at a time, so that they take little memory.
-void add_leaves(const FloatGrid& grid, float factor, SparseGridBuilder& builder) {
+void add_leaves(std::span<const FloatLeaf* const> leaves, float factor, SparseGridBuilder& builder) {
+    for (const FloatLeaf* leaf : leaves)
+        add_leaf(*leaf, factor, builder);
+}
+
+// Many are packed in parts, side by side: a few at a time, so that they take little memory. Few are packed one by one:
+// what a second thread frees stays with it, and is too much beside a small grid (1 MB, where 256^3 tubes take 4.5 MB).
+void add_all_leaves(const FloatGrid& grid, float factor, SparseGridBuilder& builder) {
     constexpr std::size_t kInPart = 1024;
     constexpr std::size_t kParts = 32;
     std::vector<const FloatLeaf*> leaves;
     leaves.reserve(grid.tree().leafCount());
     grid.tree().getNodes(leaves);
-    const std::span all(leaves);
+    const std::span<const FloatLeaf* const> all(leaves);
+    if (all.size() <= kInPart * kParts) return add_leaves(all, factor, builder);
     for (std::size_t first = 0; first < all.size(); first += kInPart * kParts) {
-        const std::span some = all.subspan(first, std::min(kInPart * kParts, all.size() - first));
+        const auto some = all.subspan(first, std::min(kInPart * kParts, all.size() - first));
         const auto part_of = [&](std::size_t i) {
             return some.subspan(i * kInPart, std::min(kInPart, some.size() - i * kInPart));
         };
         std::vector<SparseGridBuilder> parts((some.size() + kInPart - 1) / kInPart,
                                              SparseGridBuilder(factor * grid.background()));
-        tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
-            for (const FloatLeaf* leaf : part_of(i))
-                add_leaf(*leaf, factor, parts[i]);
-        });
-        for (std::size_t i = 0; i < parts.size(); ++i) {
-            if (builder.append(std::move(parts[i]))) continue;
-            for (const FloatLeaf* leaf : part_of(i))
-                add_leaf(*leaf, factor, builder);
-        }
+        tbb::parallel_for(std::size_t{0}, parts.size(),
+                          [&](std::size_t i) { add_leaves(part_of(i), factor, parts[i]); });
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            if (!builder.append(std::move(parts[i]))) add_leaves(part_of(i), factor, builder);
     }
 }
 
@@ -91,7 +93,7 @@ void add_tree(const FloatGrid& grid, float factor, SparseGridBuilder& builder) {
         for (auto lower = upper->cbeginChildOn(); lower; ++lower)
             add_tiles<Lower>(*lower, background, factor, builder);
     }
-    add_leaves(grid, factor, builder);
+    add_all_leaves(grid, factor, builder);
 }
 
 }  // namespace
